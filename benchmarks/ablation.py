@@ -39,7 +39,7 @@ from experiments.kinds.estimate import normalised_error_squared
 from geometry.camera import Camera
 from geometry.model import Model, load_model
 from geometry.near_symmetries import near_symmetries
-from geometry.pose import Pose, disturbed
+from geometry.pose import RIGHT, TIGHT, Pose, disturbed
 from numerics.arrays import Floats
 from vision_server.channels.gradients import SCALES_PX
 from vision_server.channels.image_files import read_grey
@@ -54,7 +54,6 @@ from vision_server.serve.inputs import read_camera
 Patch = tuple[object, str, Any]
 
 RANGE = SearchRange()
-LOOSE, TIGHT = (1.0, 0.01), (0.2, 0.002)  # degrees, share of the range
 TIGHT_TRACK_MM_DEG = (2.5, 1.3)  # how far apart the two trackers are on the real frames, median
 TRUSTED = 0.93  # score, see docs/trust.md
 RESAMPLED = 1000
@@ -83,12 +82,12 @@ ROWS: dict[str, tuple[Patch, ...]] = {
     "no hypotheses": ((ranking, "BESIDE_ROUNDS", 0),),
     "no Hough votes": ((observation, "vote", no_votes), (observation, "choose", nearest_point)),
     "no line scales": ((ranking, "with_line_scales", lambda problem, _: problem),),
-    "filters as wide as the blur": ((observation, "FILTER_OF", np.arange(len(SCALES_PX))),),
+    "filters as wide as the blur": ((observation, "FILTER_OF_SOFTNESS", np.arange(len(SCALES_PX))),),
     "lines as sharp as they seem": ((line_scales, "_raise_to_median", lambda *_: None),),
     "no near symmetries": tuple((module, "near_symmetries", lambda _: ()) for module in (ranking, rivals)),
     "no pulls of neighbours": ((observation, "neighbour_pulls", no_pulls),),
     "no last step": ((likely, "settled", lambda _: None),),
-    "no stretch in the last step": ((settling, "STRETCHES", ()),),
+    "no stretch in the last step": ((settling, "STRETCH_SDS", ()),),
     "no profiles": (
         (profiles, "SPREAD_PX", 0.06),
         (profiles, "SPREAD_POWER", 0.0),
@@ -167,8 +166,8 @@ def judged(scene: Scene, pose: Pose | None) -> tuple[bool, bool, float]:
         return right, tight, min(max(mm / off_mm, deg / off_deg) for mm, deg in off
                                  for off_mm, off_deg in [TRACK_LIMITS_MM_DEG])  # fmt: skip
     (error,) = errors
-    units = max(error.rotation_deg / LOOSE[0], error.translation_fraction_of_range / LOOSE[1])
-    return error.within(*LOOSE), error.within(*TIGHT), units
+    units = max(error.rotation_deg / RIGHT[0], error.translation_fraction_of_range / RIGHT[1])
+    return error.within(*RIGHT), error.within(*TIGHT), units
 
 
 def run_scene(

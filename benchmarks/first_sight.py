@@ -33,10 +33,10 @@ from benchmarks.drawn_parts import PARTS, part_file
 from benchmarks.free_form import FREE_FORM
 from benchmarks.lines import show
 from benchmarks.machined_parts import ROUND
-from benchmarks.synthetic_parts import BLUR_PX, LIMITS, NOISE_GREY, error_of, part_of, rendered
+from benchmarks.synthetic_parts import BLUR_PX, NOISE_GREY, error_of, part_of, rendered
 from geometry.camera import Camera
 from geometry.model import Model, find_target, load_model
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from geometry.symmetries import Symmetry, symmetry_of
 from numerics.arrays import Grey
 from report.overlay import draw_overlay
@@ -101,7 +101,7 @@ def in_front_of_clutter(
 
 def is_right(pose: Pose, true: Pose, symmetry: Symmetry) -> bool:
     """Whether a pose looks like the true one."""
-    return error_of(pose, true, symmetry).within(*LIMITS)
+    return error_of(pose, true, symmetry).within(*RIGHT)
 
 
 def judged(found: Estimate, true: Pose, symmetry: Symmetry) -> tuple[bool, bool, bool]:

@@ -22,7 +22,7 @@ from benchmarks.machined_parts import ROUND, machined, surface_of
 from benchmarks.synthetic_parts import error_of, random_part, rendered
 from geometry.camera import Camera
 from geometry.model import Model, find_target, load_model
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from geometry.surface import Surface
 from geometry.symmetries import symmetry_of
 from numerics.arrays import Grey
@@ -38,7 +38,6 @@ CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 TRUSTED = 0.93  # score, docs/trust.md
 PANEL_PX, MARGIN_PX = 200, 24
 JPEG = [cv2.IMWRITE_JPEG_QUALITY, 82]
-LIMITS = (1.0, 0.01)  # degrees, share of the range
 
 
 class View(NamedTuple):
@@ -111,7 +110,7 @@ def panels(view: View, rng: np.random.Generator) -> Grey:
         view.name,
         found.score,
         "score",
-        right=off is not None and off.within(*LIMITS),
+        right=off is not None and off.within(*RIGHT),
         mm_off=None if off is None else round(1e3 * off.translation_m, 3),
         degrees_off=None if off is None else round(off.rotation_deg, 3),
         poses=len(found.poses),

@@ -43,8 +43,7 @@ from vision_server.edges.likelihoods import HIGHLIGHT, PRINT, SHADOW
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import PipelineSettings, pose_of_segments
 from vision_server.pose import hypotheses, line_scales, observation
-from vision_server.pose.edge_points import EdgePoints
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import EdgePoints, search
 from vision_server.segments.extraction import extract_segments
 
 Search = Callable[[Any, Any, Normals], EdgePoints]
@@ -94,7 +93,7 @@ class Known:
         return out
 
     def search(self, channels: Any, scale: Any, normals: Normals) -> EdgePoints:
-        """`edge_search.search` without the edge points that are not kept."""
+        """`edge_points.search` without the edge points that are not kept."""
         found = search(channels, scale, normals)
         there = np.isfinite(found.offset)
         normal = np.broadcast_to(normals.normal[None, :, None], (*there.shape, 2))[there]

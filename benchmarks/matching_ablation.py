@@ -26,7 +26,7 @@ import typer
 from benchmarks.photographs import Photograph, middle_of_stack, recorded, simulated
 from geometry.camera import Camera
 from geometry.model import Model
-from geometry.pose import Pose, disturbed
+from geometry.pose import RIGHT, Pose, disturbed
 from numerics.arrays import Floats
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange, match_search
@@ -43,7 +43,6 @@ from vision_server.segments.extraction import extract_segments
 Matcher = Callable[[Floats, Model, Camera, Pose, int], list[Pose]]
 
 RANGE = SearchRange()
-LIMITS = (1.0, 0.01)  # degrees, share of the range
 
 
 def from_the_start(_segments: Floats, _model: Model, _camera: Camera, seed: Pose, _number: int) -> list[Pose]:
@@ -151,7 +150,7 @@ def run_trial(trial: Trial) -> dict[str, list[tuple[bool, float]]]:
             poses = ROWS[name](segments, model, camera, seed, number)
             seconds = time.perf_counter() - began
             best = best_first(problem, poses)
-            right = bool(best) and best[0].solution.pose.error_to(photograph.true).within(*LIMITS)
+            right = bool(best) and best[0].solution.pose.error_to(photograph.true).within(*RIGHT)
             out[name].append((right, seconds))
     return out
 

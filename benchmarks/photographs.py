@@ -118,7 +118,7 @@ def stack_studio(folder: Path, sun: float | None = None, seed: int = 0) -> Studi
         device=Replay(stack, seed),
         camera=Camera.from_dict(msgspec.to_builtins(stack.table.camera)),
         model=load_model(folder / target.model, target.unit),
-        true=Pose.from_dict(msgspec.to_builtins(target.true_pose)),
+        true=Pose.of(target.true_pose),
     )
 
 

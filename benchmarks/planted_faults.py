@@ -91,7 +91,7 @@ def true_pose(scene: str, device: Device) -> Pose:
     told = _loaded(scene).table.target.true_pose
     if told is None:
         raise typer.BadParameter(f"{scene} does not know its true pose.")
-    return Pose(np.array(told.rotation_vector), np.array(told.translation))
+    return Pose.of(told)
 
 
 def camera_and_region(describe: Describe, true: Pose) -> tuple[Camera, Flags]:

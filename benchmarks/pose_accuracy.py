@@ -28,7 +28,7 @@ import typer
 
 from geometry.camera import Camera
 from geometry.model import Model, load_model
-from geometry.pose import Pose, disturbed
+from geometry.pose import RIGHT, Pose, disturbed
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
@@ -36,7 +36,6 @@ from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.serve.inputs import read_camera
 
-EXACT_LIMITS = (1.0, 0.01)  # degrees, share of range
 COMMAND_DEADLINE_S = 60.0
 TRACK_LIMITS_MM_DEG = (6.4, 2.7)  # how far apart two trackers are on the same frames, 90th percentile
 
@@ -137,7 +136,7 @@ def run_trial(trial: Trial) -> dict[str, Any]:
     errors = [pose.error_to(true) for true in trial.true]
     nearest = min(errors, key=lambda error: error.translation_m / TRACK_LIMITS_MM_DEG[0] * 1e3)
     if len(trial.true) == 1:
-        right = nearest.within(*EXACT_LIMITS)
+        right = nearest.within(*RIGHT)
     else:
         limit_mm, limit_deg = TRACK_LIMITS_MM_DEG
         right = any(e.translation_m * 1e3 <= limit_mm and e.rotation_deg <= limit_deg for e in errors)

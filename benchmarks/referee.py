@@ -36,13 +36,13 @@ from benchmarks.trust_rows import SETS, drawn_set
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from numerics.arrays import Flags, Floats
 from vision_server.image_set import ImageSet
 from vision_server.segments.extraction import extract_segments
 from vision_server.tracking import referee
 from vision_server.tracking.chances import CALIBRATION, Calibration, Chances, probability
-from vision_server.tracking.referee import LIMITS, judged
+from vision_server.tracking.referee import judged
 
 BINS = 10
 RIDGE = 1e-5  # a hundred times as much keeps `elsewhere` at -7 where poses tell -2
@@ -70,7 +70,7 @@ def judged_poses(
     for source, pose in given_poses(number, images, model, camera, true):
         error = pose.error_to(true)
         found = judged(images, names, model, camera, pose, endpoints=endpoints)
-        right = error.within(*LIMITS)
+        right = error.within(*RIGHT)
         rows.append(Row(name, model.name, source, right, found.chances, error.rotation_deg))
     return rows
 
@@ -171,7 +171,8 @@ def cross_validated(rows: list[Row]) -> tuple[Calibration, Floats]:
 
 def said(name: str, stated: Floats, right: Flags) -> dict[str, object]:
     """What is printed of probabilities."""
-    states = np.where(stated >= referee.OK, "ok", np.where(stated < referee.LOST, "lost", "doubtful"))
+    doubted = np.where(stated < referee.LOST_BELOW, "lost", "doubtful")
+    states = np.where(stated >= referee.OK_FROM, "ok", doubted)
     return {
         "name": name, "value": expected_error(stated, right), "unit": "expected error",
         "poses": len(right), "right": float(right.mean()), "brier": float(np.mean((stated - right) ** 2)),

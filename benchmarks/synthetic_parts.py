@@ -27,7 +27,7 @@ from benchmarks.lines import show
 from benchmarks.machined_parts import ROUND, machined, surface_of
 from geometry.camera import Camera
 from geometry.model import Model
-from geometry.pose import Pose, PoseError, disturbed, search_translation_px
+from geometry.pose import RIGHT, Pose, PoseError, disturbed, search_translation_px
 from geometry.rotation import matrix_of
 from geometry.surface import Surface
 from geometry.symmetries import Symmetry, symmetry_of
@@ -44,7 +44,6 @@ BACKGROUND, AMBIENT, LIT = 0.06, 0.12, 0.75  # linear intensities
 BLUR_PX, NOISE_GREY = 0.6, 1.0
 FILLS = 0.75  # of the frame's height, the part's diameter
 SURE = 0.8
-LIMITS = (1.0, 0.01)  # degrees, share of the range
 DRAWN = {"machined": machined, **CAD, **FREE_FORM}
 
 
@@ -265,7 +264,7 @@ def main(  # noqa: PLR0913  # the options of a command
             if estimate.pose is None:
                 continue
             error = error_of(estimate.pose.compose(shift.inverse()), true, symmetry)
-            if error.within(*LIMITS):
+            if error.within(*RIGHT):
                 errors.append(1e3 * error.translation_m)
             else:
                 wrong, sure = wrong + 1, sure + (estimate.score > SURE)

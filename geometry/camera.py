@@ -13,8 +13,8 @@ Region = tuple[int, int, int, int]  # left, top, right, bottom, px; right and bo
 
 UNDISTORT_ITERATIONS = 30  # at most, chosen by hand: it ends at the tolerance
 UNDISTORT_TOLERANCE = 1e-12  # in normalised image coordinates
-COUNTS = {"pinhole": (5, 8, 12), "fisheye": (4,)}  # of coefficients
-MOST_ANGLE = 1.4  # rad from a fisheye's axis (80 degrees), to which it is used: beyond, no plane holds it
+COEFFICIENT_COUNTS = {"pinhole": (5, 8, 12), "fisheye": (4,)}
+MOST_FISHEYE_RAD = 1.4  # from its axis (80 degrees), to which a fisheye is used: beyond, no plane holds it
 FISHEYE_HALVINGS = 48  # of that angle: to 1e-14 rad
 
 
@@ -51,9 +51,9 @@ class Camera:
         if not (self.fx > 0 and self.fy > 0):
             raise GeometryError(f"camera focal lengths must be positive, got fx {self.fx}, fy {self.fy}")
         values = np.array([self.fx, self.fy, self.cx, self.cy, *self.distortion])
-        if self.lens not in COUNTS:
-            raise GeometryError(f"camera lens must be {' or '.join(COUNTS)}, got {self.lens!r}")
-        if len(self.distortion) not in COUNTS[self.lens]:
+        if self.lens not in COEFFICIENT_COUNTS:
+            raise GeometryError(f"camera lens must be {' or '.join(COEFFICIENT_COUNTS)}, got {self.lens!r}")
+        if len(self.distortion) not in COEFFICIENT_COUNTS[self.lens]:
             raise GeometryError(
                 "camera distortion must be four, five, eight or twelve numbers (k1, k2, p1, p2, k3, k4, k5,"
                 " k6, s1, s2, s3, s4), four of a fisheye; "
@@ -144,9 +144,9 @@ class Camera:
         return bent
 
     def _straightened(self, seen: Floats) -> Floats:
-        """Normalised coordinates (N, 2) without a fisheye; what is beyond MOST_ANGLE is put there."""
+        """Normalised coordinates (N, 2) without a fisheye; what is beyond MOST_FISHEYE_RAD is put there."""
         radius = np.linalg.norm(seen, axis=1)
-        low, high = np.zeros_like(radius), np.full_like(radius, MOST_ANGLE)
+        low, high = np.zeros_like(radius), np.full_like(radius, MOST_FISHEYE_RAD)
         for _ in range(FISHEYE_HALVINGS):
             angle = 0.5 * (low + high)
             beyond = self._bent(angle) > radius
@@ -179,7 +179,7 @@ class Camera:
         if missing:
             raise GeometryError(f"[camera] has no {', '.join(missing)}")
         lens = str(table.get("lens", "pinhole"))
-        distortion = table.get("distortion") or [0.0] * COUNTS.get(lens, (5,))[0]
+        distortion = table.get("distortion") or [0.0] * COEFFICIENT_COUNTS.get(lens, (5,))[0]
         try:
             fx, fy, cx, cy = (float(table[key]) for key in ("fx", "fy", "cx", "cy"))
             coefficients = tuple(float(value) for value in distortion)

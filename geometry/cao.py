@@ -11,10 +11,9 @@ from geometry.polygon import triangulate
 from geometry.surface import Surface
 from numerics.arrays import Floats, Ints
 
-# Chosen by hand where nothing else is said.
-FLAT_DEG = 1.0  # adjacent faces that bend less are one surface cut in pieces
-ROUND_SIDES = 36  # sides of a tessellated cylinder or circle
-WELD = 1e-9  # points of round parts closer than this fraction of the model's size are one
+ONE_SURFACE_DEG = 1.0  # adjacent faces that bend less are one surface cut in pieces (by hand)
+ROUND_SIDES = 36  # of a tessellated cylinder or circle, by hand: a side is 0.004 radii beside the arc
+WELD_SHARE = 1e-9  # points of round parts closer than this fraction of the model's size are one
 
 COMMENT = re.compile(r"(#|//).*")
 ATTRIBUTE = re.compile(r"\w+\s*=\s*(\"[^\"]*\"|'[^']*'|\S+)")  # name="front", useLod=1, …
@@ -54,8 +53,8 @@ def read_cao(path: Path) -> Surface:
         faces=shape.faces,
         groups=np.array(shape.groups, dtype=np.int64),
         drawn=np.array(lines, dtype=np.int64).reshape(-1, 2),
-        flat_deg=FLAT_DEG,
-        sharp_deg=FLAT_DEG,
+        flat_deg=ONE_SURFACE_DEG,
+        sharp_deg=ONE_SURFACE_DEG,
     )
 
 
@@ -202,7 +201,7 @@ class _Shape:
     def _welded(self, point: Floats) -> int:
         near = np.abs(self.vertices - point).max(axis=1)
         closest = int(np.argmin(near))
-        if near[closest] <= WELD * np.abs(self.vertices).max():
+        if near[closest] <= WELD_SHARE * np.abs(self.vertices).max():
             return closest
         self.vertices = np.vstack([self.vertices, point])
         return len(self.vertices) - 1

@@ -15,10 +15,9 @@ from numerics.kernels import kernel
 
 Run = list[tuple[int, bool]]  # lines that follow each other, and which of them run backwards
 
-# Chosen by hand where nothing else is said.
 BEND_COSINE = float(np.cos(np.radians(46.0)))  # sharp lines that bend less are a curve: of eight facets on
-CURVE_DEG = 20.0  # by which an arc may bend and still be seen as one line: its edge is nearly straight
-SHORT, SHORT_CURVE_DEG = 0.06, 90.0  # of the model's diameter: arcs of a small hole may bend by more
+CURVE_DEG = 20.0  # by which an arc may bend and be seen as one line, whose edge is nearly straight (by hand)
+SHORT, SHORT_CURVE_DEG = 0.06, 90.0  # of the diameter: arcs of a small hole may bend by more (by hand)
 CHORD_DEG = 11.0  # by which the arc of a chord bends: it is 0.005 radii off, and a circle has 36
 
 

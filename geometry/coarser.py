@@ -7,9 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from geometry.mesh import surface_of_triangles
+from geometry.mesh import simplified, surface_of_triangles
 from geometry.model import Model
-from geometry.simplified import simplified
 
 MANY_FACETS = 10_000
 # Of the diameter, that a surface may be off: 0.4 px, as a search looks at a target. Twice as much lost two

@@ -9,7 +9,7 @@ from geometry.pose import Pose
 from geometry.wireframe import Run
 
 WIREFRAMES = "wireframes.jsonl"  # beside the images of the run folder
-PLACES = 2  # of a px: a hundredth of one is less than any screen shows
+DECIMALS = 2  # of a px: a hundredth of one is less than any screen shows
 
 
 _Pose = frozenset[tuple[str, tuple[float, ...]]]
@@ -27,7 +27,7 @@ class _Wireframe(msgspec.Struct, frozen=True):
 
 def wireframe_line(pose: Pose, runs: Sequence[Run]) -> bytes:
     """A line of the file: the model's visible stretches at a pose (`geometry.wireframe.visible_runs`)."""
-    drawn = [_Stretch(run.line, run.points.round(PLACES).tolist()) for run in runs]
+    drawn = [_Stretch(run.line, run.points.round(DECIMALS).tolist()) for run in runs]
     return msgspec.json.encode(_Wireframe(pose.to_dict(), drawn)) + b"\n"
 
 

@@ -10,16 +10,15 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.lines_in_view import LinesInView, faces_towards, lines_in_view, long_enough
-from geometry.occluders import Solid, hidden_parts, hidden_point, hiders_of
+from geometry.occluders import Hiders, Solid, hidden_parts, hidden_point, hiders_of
 from geometry.outlines import line_direction, linked, outline_direction, outline_tangent
 from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
 
-# Chosen by hand where nothing else is said.
-TOUCH = 1e-4  # a point this fraction of the model's diameter behind a face lies on it: a block on a plate
-FEWEST_SAMPLES = 5.0  # of a line, for what is said of its straightness
-FEW_SAMPLES = 4  # of a line: no more are looked at one by one, which is quicker
-NEAR = 1e-3  # nearest depth that is drawn, as a fraction of the model's diameter
+ON_FACE_SHARE = 1e-4  # of the diameter behind a face, a point lies on it: a block on a plate (by hand)
+SAMPLES_A_LINE = 5.0  # at least, down to the densest spacing, for what is said of a line's straightness
+MOST_SINGLE_SAMPLES = 4  # of a line: no more are looked at one by one, which is quicker
+NEAR_PLANE_SHARE = 1e-3  # of the model's diameter: what is nearer to the camera's plane may be anywhere
 
 
 class Trace(NamedTuple):
@@ -65,7 +64,7 @@ def trace(
     spacing_px, densest_px : between the samples; of lines that have few of them they are that dense.
     bounds : (4,), the part of the image plane to fill: least x, least y, greatest x, greatest y, px.
     """
-    near = NEAR * solid.diameter
+    near = NEAR_PLANE_SHARE * solid.diameter
     points, centre = _in_camera_frame(solid, rotation, translation)
     towards = faces_towards(solid, centre)
     seen = long_enough(solid, lines_in_view(solid, towards, points, intrinsics, bounds, near), min_line_px)
@@ -73,23 +72,12 @@ def trace(
     leader, place, backwards = linked(solid, seen.line, course)
     in_order = np.argsort(leader * (len(solid.lines) + 1) + place)
     numbers, px = _spread(solid, seen, leader, in_order, spacing_px, densest_px, min_line_px)
-    hiders = hiders_of(solid, towards, centre, TOUCH * solid.diameter)
-    hidden = np.empty((len(solid.triangle_face), 2))
-    start, end = np.empty(3), np.empty(3)
-    total, written = numbers.sum(), 0
-    line, own, of_outline = np.empty(total, np.int64), np.empty(total, np.int64), np.empty(total, np.bool_)
-    out, along3 = np.empty((total, 3)), np.empty((total, 3))
-    image, direction, stands = np.empty((total, 2)), np.empty((total, 2)), np.empty(total)
-    for j in in_order:
-        number = numbers[j]
-        if number == 0:
-            continue
-        i, ends, ends3 = seen.line[j], seen.image[j], seen.ends[j]
-        count = 0
-        if number > FEW_SAMPLES:
-            _on_target(rotation, translation, ends3, 0.0, start)
-            _on_target(rotation, translation, ends3, 1.0, end)
-            count = hidden_parts(hiders, start, end, hidden)
+    hiders = hiders_of(solid, towards, centre, ON_FACE_SHARE * solid.diameter)
+    hidden, written = np.empty((len(solid.triangle_face), 2)), 0
+    line, out, along3, image, direction, stands, own, of_outline = _room_for(numbers.sum())
+    for j in in_order[numbers[in_order] > 0]:
+        number, i, ends, ends3 = numbers[j], seen.line[j], seen.image[j], seen.ends[j]
+        count = _hidden(hiders, rotation, translation, ends3, hidden) if number > MOST_SINGLE_SAMPLES else 0
         sign = -1.0 if backwards[j] else 1.0
         inverse_a, inverse_b = 1.0 / ends3[0, 2], 1.0 / ends3[1, 2]
         for k in range(number):
@@ -98,7 +86,7 @@ def trace(
             if _within_any(hidden, count, at):
                 continue
             _on_target(rotation, translation, ends3, at, out[written])
-            if number <= FEW_SAMPLES and hidden_point(hiders, out[written]):
+            if number <= MOST_SINGLE_SAMPLES and hidden_point(hiders, out[written]):
                 continue
             line[written], own[written], of_outline[written] = leader[j], i, outline[j]
             stands[written] = px[j]
@@ -114,6 +102,23 @@ def trace(
         line[:written], out[:written], along3[:written], image[:written], direction[:written],
         stands[:written], own[:written], of_outline[:written],
     )  # fmt: skip
+
+
+@kernel()
+def _room_for(total: int) -> tuple[Ints, Floats, Floats, Floats, Floats, Floats, Ints, Flags]:
+    """Arrays for the fields of a trace of so many samples, in their order."""
+    numbers, places = (np.empty(total, np.int64), np.empty(total, np.int64)), np.empty((2, total, 3))
+    pixels, px, outline = np.empty((2, total, 2)), np.empty(total), np.empty(total, np.bool_)
+    return numbers[0], places[0], places[1], pixels[0], pixels[1], px, numbers[1], outline
+
+
+@kernel()
+def _hidden(hiders: Hiders, rotation: Floats, translation: Floats, ends: Floats, hidden: Floats) -> int:
+    """How many parts of a line (2, 3) in the camera's frame are hidden; as shares of it, output."""
+    start, end = np.empty(3), np.empty(3)
+    _on_target(rotation, translation, ends, 0.0, start)
+    _on_target(rotation, translation, ends, 1.0, end)
+    return int(hidden_parts(hiders, start, end, hidden))
 
 
 @kernel()
@@ -188,7 +193,7 @@ def _spread(
         while end < len(in_order) and leader[in_order[end]] == leader[in_order[start]]:
             whole += seen.length[in_order[end]]
             end += 1
-        spacing = min(spacing_px, max(densest_px, whole / FEWEST_SAMPLES))
+        spacing = min(spacing_px, max(densest_px, whole / SAMPLES_A_LINE))
         for j in in_order[start:end]:
             length, chain = seen.length[j], solid.chain[seen.line[j]]
             if end == start + 1 and length >= min_line_px:

@@ -9,16 +9,14 @@ import numpy as np
 from geometry.errors import GeometryError
 from geometry.obj_polygons import cut_polygons
 from geometry.ply import must_be_few, read_ply
-from geometry.simplified import simplified
 from geometry.stl import checked_stl
 from geometry.surface import Surface
 from numerics.arrays import Floats, Ints
 
-# Chosen by hand where nothing else is said.
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
-SHARP_DEG = 30.0  # edges bent by more are lines of the wireframe
-SAME_PLACE = 1e-6  # of the diameter: facets that meet are written with their own rounding
-WELDED = 1e-4  # likewise, of a mesh most of whose facets share no corner: no two of its lines are told apart
+SHARP_DEG = 30.0  # edges bent by more are lines (by hand): by less, facets of curves are; by more, no bevels
+ONE_CORNER_SHARE = 1e-6  # of the diameter: facets that meet are written with their own rounding
+WELDED_SHARE = 1e-4  # likewise, of a mesh most of whose facets share no corner: no two lines are told apart
 MOST_TRIANGLES = 80_000  # 65 000 are read in 2.2 s of processor time; what finer facets add is under a pixel
 MOST_READ = 1_500_000  # of a closed mesh, which is made coarser: 1.3 million in 13 s and 1.7 GB
 FARTHEST = 1e10  # in the file's unit, from its origin: ten thousand kilometres in millimetres
@@ -28,8 +26,8 @@ READ_OFF = 1e-4  # of the diameter, by which it may be off then: 0.1 px of a par
 def read_mesh(path: Path) -> Surface:
     """Read a mesh with trimesh; vertices at one place become one; doubles, and triangles without area, go.
 
-    One place is what the rounding of coordinates leaves of it, SAME_PLACE or some steps of 32-bit numbers; if
-    most facets then still lie loose, WELDED.
+    One place is what the rounding of coordinates leaves of it, or steps of 32-bit numbers (ONE_CORNER_SHARE);
+    if most facets then still lie loose, WELDED_SHARE.
 
     Raises
     ------
@@ -105,7 +103,7 @@ def _fewer(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
 def _snapped(vertices: Floats) -> Floats:
     """Vertices (V, 3) of which those at nearly one place are at just one."""
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-    apart = max(SAME_PLACE * size, 4.0 * float(np.spacing(np.float32(np.abs(vertices).max()))))
+    apart = max(ONE_CORNER_SHARE * size, 4.0 * float(np.spacing(np.float32(np.abs(vertices).max()))))
     place = np.zeros(len(vertices), dtype=np.int64)
     for values in vertices.T:
         order = np.argsort(values, kind="stable")
@@ -117,17 +115,39 @@ def _snapped(vertices: Floats) -> Floats:
 
 
 def _welded(vertices: Floats) -> Floats:
-    """Vertices (V, 3) of which those that are WELDED apart, or have such between them, are at one place."""
+    """Vertices (V, 3), of which those WELDED_SHARE apart, or with such between them, are at one place."""
     from scipy.sparse import coo_matrix
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
     if len(vertices) == 0:
         return vertices
-    reach = WELDED * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    reach = WELDED_SHARE * float(np.linalg.norm(np.ptp(vertices, axis=0)))
     one, other = cKDTree(vertices).query_pairs(reach, output_type="ndarray").T
     beside = coo_matrix((np.ones(len(one), dtype=bool), (one, other)), shape=(len(vertices), len(vertices)))
     _, first, which = np.unique(
         connected_components(beside, directed=False)[1], return_index=True, return_inverse=True
     )
     return np.asarray(vertices[first[which]])
+
+
+def simplified(vertices: Floats, triangles: Ints, off: float) -> tuple[Ints, Ints] | None:
+    """A closed mesh in fewer facets, by edge collapse (Manifold): vertices that stay (W,), triangles (T, 3).
+
+    None of a mesh that is not closed.
+
+    Parameters
+    ----------
+    vertices, triangles : (V, 3) and (U, 3), which wind outwards.
+    off : how far a surface may move, in the unit of the vertices.
+    """
+    import manifold3d  # few models need it
+
+    solid = manifold3d.Manifold(manifold3d.Mesh64(vertices, triangles.astype(np.uint64)))
+    if solid.status() != manifold3d.Error.NoError:
+        return None
+    mesh = solid.simplify(off).to_mesh64()
+    places = np.concatenate([vertices, mesh.vert_properties])
+    _, first, which = np.unique(places, axis=0, return_index=True, return_inverse=True)
+    kept, number = np.unique(first[which[len(vertices) :]], return_inverse=True)
+    return kept, number[mesh.tri_verts.astype(np.int64)]

@@ -26,7 +26,7 @@ READERS: dict[str, Callable[[Path], Surface]] = {
     ".gltf": read_mesh,
 }
 SIZES_M = (1e-5, 1e4)  # across: beyond, no camera has seen it, and the unit is wrong
-ROUNDED = 1e-9  # of the size: a middle so near to the origin is there, but for rounding
+ROUNDED_SHARE = 1e-9  # of the size: a middle so near to the origin is there, but for rounding
 TARGETS = Path(__file__).resolve().parent.parent / "targets"
 
 
@@ -103,7 +103,7 @@ def size_meant(diameter_m: float) -> bool:
 def about_middle(model: Model) -> tuple[Model, Pose]:
     """The model in a frame whose origin is its middle, and model_T_middle; itself if they are one."""
     middle = model.middle
-    if np.abs(middle).max() <= ROUNDED * model.diameter:
+    if np.abs(middle).max() <= ROUNDED_SHARE * model.diameter:
         return model, Pose(np.zeros(3), np.zeros(3))
     return replace(model, vertices=model.vertices - middle), Pose(np.zeros(3), middle)
 

@@ -11,28 +11,28 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.model import Model
-from geometry.own_axes import TOLERANCE, lines_apart, own_axes, wires_of
+from geometry.own_axes import TOLERANCE_SHARE, lines_apart, own_axes, wires_of
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from numerics.arrays import Flags, Floats
 from numerics.kernels import kernel
 
-# Chosen by hand where nothing else is said.
-POINTS, LEAST_POINTS = 300, 2  # along all lines together, and on each line where they are no more than that
-SCREENED = 10  # each so many-th point alone is turned first
-LEAST_TOLERANCE = 0.004  # share of the diameter, where a part is much thinner than long
-CLOSER = 0.25  # of the tolerance, for where the axis is: a centroid beside it brings back as much within that
-ALIKE = 0.4  # share of the wireframe that must come back onto itself ...
-ALIKE_OVER = 0.35  # ... by half a turn: a plate's rim does, turned over, what stands on it does not ...
-SCREENED_ALIKE = 0.25  # ... less of few points, which miss some ...
-EXACT = 0.995  # ... and from which on the turn changes nothing that could be seen
-HALF = Fraction(1, 2)
+# By hand. Points along all lines together, and on each line where they are no more than that; each so many-th
+# point alone is turned first. Near symmetries are found once for a model.
+WIRE_POINTS, LEAST_LINE_POINTS, SCREENED_STEP = 300, 2, 10
+LEAST_TOLERANCE_SHARE = 0.004  # of the diameter, where a part is much thinner than long
+CLOSER_TIMES = 0.25  # of the tolerance, for where the axis is: beside it as much comes back within all of it
+ALIKE_SHARE = 0.4  # share of the wireframe that must come back onto itself ...
+ALIKE_OVER_SHARE = 0.35  # ... by half a turn: a plate's rim does, turned over, what stands on it does not ...
+SCREENED_SHARE = 0.25  # ... less of few points, which miss some ...
+UNCHANGED_SHARE = 0.995  # ... and from which on the turn changes nothing that could be seen
+HALF_TURN = Fraction(1, 2)
 FOLDS = range(2, 49)  # n-fold turns that are tried: a gear's to 7.5 degrees; ...
-FINE = 36  # ... of more than so many, which any small turn is near to, those that bring back as much closely
+FINE_FOLD = 36  # ... of more, which any small turn is near to, those that bring back as much closely
 BESIDE_RAD = np.radians(3.0)  # so much more or less moves the farthest points twice the tolerance ...
-PEAK = 1.1  # ... and must bring back less by this factor, or the turn is only a small one
-APART_RAD = np.radians(4.0)  # less than the least of FOLDS; products of turns about two middles differ by 0
+PEAK_RATIO = 1.1  # ... and must bring back less by this factor, or the turn is only a small one
+ONE_TURN_RAD = np.radians(4.0)  # less than the least of FOLDS; products about two middles differ by 0
 
 
 class _Back(NamedTuple):
@@ -40,7 +40,7 @@ class _Back(NamedTuple):
 
     Attributes
     ----------
-    share, closely : within the tolerance, and within CLOSER of it.
+    share, closely : within the tolerance, and within CLOSER_TIMES of it.
     middle : (3,), metres, what the axis goes through.
     """
 
@@ -66,23 +66,23 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
     if len(ends) == 0:
         return ()
     wires = _Wireframe.of_ends(ends, model.diameter)
-    closer = replace(wires, tolerance=CLOSER * wires.tolerance)
+    closer = replace(wires, tolerance=CLOSER_TIMES * wires.tolerance)
     found: list[tuple[float, Pose]] = []
     for axis, of_box, rings in own_axes(model):
         best: dict[Fraction, _Back] = {}
         through = [of_box, wires.weights @ wires.points, *rings]
-        for middle in lines_apart(through, axis, 0.1 * TOLERANCE * model.diameter):
+        for middle in lines_apart(through, axis, 0.1 * TOLERANCE_SHARE * model.diameter):
             for part, one in _brought_back(wires, closer, axis, middle).items():
                 known = best.get(part, one)
                 closest = max(known, one, key=lambda back: back.closely)
                 best[part] = closest._replace(share=max(known.share, one.share))
-        if len(best) > 1 and HALF in best and best[HALF].share < ALIKE:
-            del best[HALF]  # of a wheel, between two of its spokes
+        if len(best) > 1 and HALF_TURN in best and best[HALF_TURN].share < ALIKE_SHARE:
+            del best[HALF_TURN]  # of a wheel, between two of its spokes
         exactly = replace(wires, tolerance=exact_tolerance(axis, wires.points - of_box, model.diameter))
         for part in _apart(best):
             share, _, middle = best[part]
             angle = 2.0 * np.pi * float(part)
-            if share >= EXACT and exactly.shares(axis, [angle], middle)[0] >= EXACT:
+            if share >= UNCHANGED_SHARE and exactly.shares(axis, [angle], middle)[0] >= UNCHANGED_SHARE:
                 continue
             found.append((share, Pose.turn_about(middle, matrix_of(angle * axis))))
     found.sort(key=lambda one: -one[0])
@@ -95,7 +95,7 @@ def exact_tolerance(axis: Floats, points: Floats, diameter: float) -> float:
     By the width across the axis: of a thin shaft's length shallow flats are hardly anything.
     """
     width = 2.0 * float(np.linalg.norm(np.cross(points, axis), axis=1).max())
-    return max(TOLERANCE * min(width, diameter), LEAST_TOLERANCE * diameter)
+    return max(TOLERANCE_SHARE * min(width, diameter), LEAST_TOLERANCE_SHARE * diameter)
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,10 +118,10 @@ class _Wireframe:
     @classmethod
     def of_ends(cls, ends: Floats, diameter: float) -> _Wireframe:
         lines = np.arange(2 * len(ends)).reshape(-1, 2)
-        least = LEAST_POINTS if LEAST_POINTS * len(ends) <= POINTS else 1
-        points, weights = points_along(ends.reshape(-1, 3), lines, 0.0, POINTS, least)
+        least = LEAST_LINE_POINTS if LEAST_LINE_POINTS * len(ends) <= WIRE_POINTS else 1
+        points, weights = points_along(ends.reshape(-1, 3), lines, 0.0, WIRE_POINTS, least)
         start, end = ends[:, 0], ends[:, 1]
-        return cls(points, weights / weights.sum(), start, end - start, TOLERANCE * diameter)
+        return cls(points, weights / weights.sum(), start, end - start, TOLERANCE_SHARE * diameter)
 
     def shares(self, axis: Floats, angles: Sequence[float], middle: Floats, every: int = 1) -> Floats:
         """Share of the wireframe that each turn brings back onto itself, by each ``every``-th point."""
@@ -166,11 +166,11 @@ def _brought_back(
     Those turns that stand out, of all multiples of n-fold ones that do.
     """
     full = 2.0 * np.pi
-    screened = wires.shares(axis, [full / n for n in FOLDS], middle, SCREENED) >= SCREENED_ALIKE
+    screened = wires.shares(axis, [full / n for n in FOLDS], middle, SCREENED_STEP) >= SCREENED_SHARE
     found: dict[Fraction, float] = {}
     for n in np.array(FOLDS)[screened].tolist():
         (alike,) = wires.shares(axis, [full / n], middle)
-        if n > FINE and closer.shares(axis, [full / n], middle)[0] < ALIKE:
+        if n > FINE_FOLD and closer.shares(axis, [full / n], middle)[0] < ALIKE_SHARE:
             continue
         parts = [part for part in (Fraction(k, n) for k in range(1, n)) if part not in found]
         if parts and _stands_out(wires, axis, Fraction(1, n), middle, alike):
@@ -185,15 +185,15 @@ def _brought_back(
 
 def _stands_out(wires: _Wireframe, axis: Floats, part: Fraction, middle: Floats, share: float) -> bool:
     """Whether a turn brings back enough, and more than a little less or a little more of its angle does."""
-    if share < (ALIKE_OVER if part == HALF else ALIKE):
+    if share < (ALIKE_OVER_SHARE if part == HALF_TURN else ALIKE_SHARE):
         return False
     angle = 2.0 * np.pi * float(part)
     beside = wires.shares(axis, [angle - BESIDE_RAD, angle + BESIDE_RAD], middle)
-    return share >= PEAK * float(beside.max())
+    return share >= PEAK_RATIO * float(beside.max())
 
 
 def _apart(best: Mapping[Fraction, _Back]) -> list[Fraction]:
-    """Parts of a full turn, none APART_RAD or less from one that goes before: those of the fold all of whose
+    """Parts of a full turn, none ONE_TURN_RAD or less from one before it: those of the fold all of whose
     turns bring back most, closely. Beside a tooth's turn other folds have one that brings back as much.
     """
     whole = {
@@ -204,6 +204,6 @@ def _apart(best: Mapping[Fraction, _Back]) -> list[Fraction]:
     kept: list[Fraction] = []
     for part in sorted(best, key=lambda one: (-worth[one], -best[one].closely)):
         around = [abs(part - other) for other in kept]
-        if all(2.0 * np.pi * min(gap, 1 - gap) > APART_RAD for gap in around):
+        if all(2.0 * np.pi * min(gap, 1 - gap) > ONE_TURN_RAD for gap in around):
             kept.append(part)
     return kept

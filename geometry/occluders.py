@@ -11,7 +11,7 @@ from numerics.kernels import kernel
 
 Place = tuple[float, float, float]
 
-EDGE_ON = 1e-12  # of the model's diameter: a camera this near a triangle's plane sees nothing of it
+EDGE_ON_SHARE = 1e-12  # of the model's diameter: a camera this near a triangle's plane sees nothing of it
 
 
 class Solid(NamedTuple):
@@ -55,7 +55,7 @@ class Hiders(NamedTuple):
 def hiders_of(solid: Solid, towards: Flags, centre: Floats, touch: float) -> Hiders:
     """What may hide lines from a camera's centre (3,), target frame; ``towards`` (F,) of the faces."""
     tree, faces, two_sided = solid.tree, solid.triangle_face, solid.two_sided
-    triangle, plane, edge_on = tree.triangle, tree.plane, EDGE_ON * solid.diameter
+    triangle, plane, edge_on = tree.triangle, tree.plane, EDGE_ON_SHARE * solid.diameter
     before, x, y, z = np.zeros(len(triangle)), centre[0], centre[1], centre[2]
     for n in range(len(triangle)):
         face = faces[triangle[n]]

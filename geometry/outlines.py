@@ -11,7 +11,7 @@ from geometry.occluders import Solid
 from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
 
-STRAIGHT = math.cos(math.radians(CURVE_DEG))
+STRAIGHT_COSINE = math.cos(math.radians(CURVE_DEG))
 
 
 @kernel()
@@ -108,7 +108,7 @@ def linked(solid: Solid, lines: Ints, course: Floats) -> tuple[Ints, Ints, Flags
                 against = solid.lines[lines[j], 1] == last
                 sign = -1.0 if against else 1.0
                 ux, uy = sign * course[j, 0], sign * course[j, 1]
-                if size > 0 and ux * fx + uy * fy < STRAIGHT:
+                if size > 0 and ux * fx + uy * fy < STRAIGHT_COSINE:
                     _number(lines, walk[:size], leader, place)
                     size = 0
                 if size == 0:

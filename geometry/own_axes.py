@@ -12,11 +12,10 @@ from geometry.chains import chains, chords
 from geometry.model import Model
 from numerics.arrays import Floats
 
-# Chosen by hand.
-PARALLEL, ACROSS = np.cos(np.radians(1.0)), np.sin(np.radians(1.0))  # cosines between normals
-LEAST_AREA = 0.02  # share of the whole surface's, of faces that a part is built along
-LARGEST, TRIED = 3000, 200  # triangles that count, and those whose normals are tried
-TOLERANCE = 0.012  # how far lines that are alike differ, and a turned point may be off, share of the diameter
+PARALLEL_COSINE, ACROSS_COSINE = np.cos(np.radians(1.0)), np.sin(np.radians(1.0))  # of normals (by hand)
+LEAST_AREA_SHARE = 0.02  # share of the whole surface's, of faces that a part is built along
+MOST_FACETS, MOST_TRIED_FACETS = 3000, 200  # triangles that count, and those whose normals are tried
+TOLERANCE_SHARE = 0.012  # of the diameter: lines that are alike differ by less, points are off (by hand)
 MOST_MIDDLES = 2  # of rings of lines, for each axis
 MOST_WIRES = 300  # of the longest curves: turns of them take 0.15 s of processor time at most
 
@@ -41,13 +40,13 @@ def own_axes(model: Model) -> tuple[OwnAxis, ...]:
     """The file's axes; for a part that lies aslant in its file, also the normal of its largest faces, that of
     the largest across these, and what is across both.
     """
-    wires, tolerance = wires_of(model), TOLERANCE * model.diameter
+    wires, tolerance = wires_of(model), TOLERANCE_SHARE * model.diameter
     axes = [(axis, model.middle) for axis in np.eye(3)]
     frame = _frame_of_faces(model)
     if frame is not None:
         along = model.vertices @ frame.T
         middle = 0.5 * (along.min(axis=0) + along.max(axis=0)) @ frame
-        axes += [(axis, middle) for axis in frame if np.abs(axis).max() < PARALLEL]
+        axes += [(axis, middle) for axis in frame if np.abs(axis).max() < PARALLEL_COSINE]
     return tuple(OwnAxis(*one, tuple(middles_of_rings(wires, one[0], tolerance))) for one in axes)
 
 
@@ -58,14 +57,14 @@ def _frame_of_faces(model: Model) -> Floats | None:
     corners = model.vertices[model.triangles]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
-    large = np.argsort(-areas, kind="stable")[:LARGEST]
+    large = np.argsort(-areas, kind="stable")[:MOST_FACETS]
     units = normals[large] / np.maximum(areas[large, None], np.finfo(float).tiny)
-    tried = units[:TRIED]
-    shares = areas[large] @ (np.abs(units @ tried.T) > PARALLEL) / areas.sum()
-    if shares.max() < LEAST_AREA:
+    tried = units[:MOST_TRIED_FACETS]
+    shares = areas[large] @ (np.abs(units @ tried.T) > PARALLEL_COSINE) / areas.sum()
+    if shares.max() < LEAST_AREA_SHARE:
         return None
     first = tried[np.argmax(shares)]
-    across = np.abs(tried @ first) < ACROSS
+    across = np.abs(tried @ first) < ACROSS_COSINE
     any_across = np.linalg.svd(first[None])[2][1]
     second = tried[across][np.argmax(shares[across])] if across.any() else any_across
     third = np.cross(first, second)

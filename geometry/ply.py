@@ -23,7 +23,7 @@ TYPES = {
 }
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 CORNERS = ("vertex_indices", "vertex_index")
-PLACES = ("x", "y", "z")
+COORDINATES = ("x", "y", "z")
 LONGEST_HEADER = 100_000  # bytes
 
 
@@ -172,9 +172,9 @@ def _counted(number: float) -> int:
 
 
 def _points(rows: Columns) -> Floats:
-    if not all(name in rows for name in PLACES):
+    if not all(name in rows for name in COORDINATES):
         raise GeometryError("its points have no x, y and z")
-    return np.column_stack([np.asarray(rows[name], dtype=np.float64) for name in PLACES])
+    return np.column_stack([np.asarray(rows[name], dtype=np.float64) for name in COORDINATES])
 
 
 def _faces(rows: Columns) -> list[Ints]:

@@ -1,10 +1,10 @@
 """Poses of the target in the camera frame, and draws from a search range around one."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,6 +58,16 @@ def _vector(value: ArrayLike, name: str, size: int = 3) -> Floats:
     return out
 
 
+class PoseNumbers(Protocol):
+    """What has the numbers of a pose: rotation vector, rad, and translation, metres."""
+
+    @property
+    def rotation_vector(self) -> Sequence[float]: ...
+
+    @property
+    def translation(self) -> Sequence[float]: ...
+
+
 @dataclass(frozen=True, eq=False)
 class Pose:
     """camera_T_target: a point of the target frame goes to the camera frame by R·x + t.
@@ -78,6 +88,11 @@ class Pose:
     def __post_init__(self) -> None:
         object.__setattr__(self, "rotation_vector", _vector(self.rotation_vector, "pose rotation_vector"))
         object.__setattr__(self, "translation", _vector(self.translation, "pose translation"))
+
+    @classmethod
+    def of(cls, told: PoseNumbers) -> "Pose":
+        """Pose of a message or record of it."""
+        return cls(np.array(told.rotation_vector), np.array(told.translation))
 
     @classmethod
     def from_matrix(cls, rotation: Floats, translation: Floats) -> "Pose":

@@ -10,22 +10,21 @@ from itertools import combinations
 import numpy as np
 
 from geometry.model import Model
-from geometry.near_symmetries import EXACT, FOLDS, exact_tolerance
+from geometry.near_symmetries import FOLDS, UNCHANGED_SHARE, exact_tolerance
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of, vector_of
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 
-# Chosen by hand where nothing else is said.
-SPACING = 0.004  # of the points that a turned body is held against, share of the diameter
-MOST_POINTS = 20000  # of them, and ...
-HELD = 400  # ... so many of these are turned
-SAME_PLACE = 1e-3  # share of the diameter: corners as far from the middle may be each other's images
+# By hand. Of the cloud that a turned body is held against: spacing, share of the diameter, and most points;
+# so many of these are turned. Each is compared with all of the cloud: time is as their product.
+CLOUD_SPACING, CLOUD_POINTS, TURNED_POINTS = 0.004, 20000, 400
+SAME_RADIUS = 1e-3  # of the diameter: corners as far from the middle may be each other's images
 ODD_ANGLES_RAD = (0.37, 1.13, 2.2)  # by which only a body of revolution may be turned about its axis
-SAME_TURN = 0.05  # largest difference of the matrices of turns that are one
-MOST_TURNS = 2 * FOLDS[-1]  # of a target with an axis, and upside down
-MOST_TRIED = 20000  # turns that bring corners to corners; one with more alike has n-fold ones only
+ONE_TURN_ENTRY = 0.05  # largest difference of the matrices of turns that are one
+MOST_SYMMETRIES = 2 * FOLDS[-1]  # of a target with an axis, and upside down
+MOST_TRIED_TURNS = 20000  # turns that bring corners to corners; one with more alike has n-fold ones only
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +88,9 @@ class _Body:
     def of_model(cls, model: Model) -> _Body:
         sharp = model.lines[~model.smooth]
         if len(sharp):
-            points, weights = points_along(model.vertices, sharp, SPACING * model.diameter, MOST_POINTS)
+            points, weights = points_along(
+                model.vertices, sharp, CLOUD_SPACING * model.diameter, CLOUD_POINTS
+            )
         else:
             corners = model.vertices[model.triangles]
             points = corners.mean(axis=1)
@@ -100,10 +101,12 @@ class _Body:
         points = points - centre
         moments = (points * weights[:, None]).T @ points
         rng = np.random.default_rng(0)
-        some = rng.choice(len(points), min(len(points), HELD), replace=False, p=weights / weights.sum())
+        some = rng.choice(
+            len(points), min(len(points), TURNED_POINTS), replace=False, p=weights / weights.sum()
+        )
         held = points[some]
-        if len(points) > MOST_POINTS:
-            points = points[rng.choice(len(points), MOST_POINTS, replace=False)]
+        if len(points) > CLOUD_POINTS:
+            points = points[rng.choice(len(points), CLOUD_POINTS, replace=False)]
         corners = model.vertices[np.unique(sharp)] - centre
         axes = np.linalg.eigh(moments)[1].T
         return cls(centre, points, held, corners, axes, model.diameter)
@@ -111,7 +114,7 @@ class _Body:
     def comes_back(self, turn: Floats) -> bool:
         """Whether a turn (3, 3) about the centre leaves the body as it is."""
         turned = np.ascontiguousarray(self.held @ turn.T)
-        astray, vector = int((1.0 - EXACT) * len(turned)), vector_of(turn)
+        astray, vector = int((1.0 - UNCHANGED_SHARE) * len(turned)), vector_of(turn)
         axis = vector / max(float(np.linalg.norm(vector)), np.finfo(float).tiny)
         reach = exact_tolerance(axis, self.held, self.diameter)
         return count_astray(turned, self.cloud, reach, astray) <= astray
@@ -122,7 +125,7 @@ class _Body:
         classes = _classes(radius)
         for first, second in combinations([*classes, *classes[:1]], 2):
             pair = _apart(self.corners, first, second)
-            if pair is None or len(first) * len(second) > MOST_TRIED:
+            if pair is None or len(first) * len(second) > MOST_TRIED_TURNS:
                 continue
             return [*self.of_axes(), *_turns_of_pairs(self.corners, pair, first, second, self.diameter)]
         return list(self.of_axes())
@@ -142,7 +145,7 @@ class _Body:
 
     def poses(self, turns: list[Floats]) -> tuple[Pose, ...]:
         """The identity and these turns about the centre, each once."""
-        others = [turn for turn in turns if np.abs(turn - np.eye(3)).max() >= SAME_TURN]
+        others = [turn for turn in turns if np.abs(turn - np.eye(3)).max() >= ONE_TURN_ENTRY]
         return (*ASYMMETRIC.turns, *(Pose.turn_about(self.centre, turn) for turn in others))
 
 
@@ -165,7 +168,7 @@ def count_astray(points: Floats, cloud: Floats, reach: float, most: int) -> int:
 
 
 def _is_new(turn: Floats, kept: list[Floats]) -> bool:
-    return not any(np.abs(turn - known).max() < SAME_TURN for known in kept)
+    return not any(np.abs(turn - known).max() < ONE_TURN_ENTRY for known in kept)
 
 
 def _with_products(body: _Body, turns: list[Floats]) -> list[Floats]:
@@ -178,7 +181,7 @@ def _with_products(body: _Body, turns: list[Floats]) -> list[Floats]:
     for turn in kept:  # which grows meanwhile
         for other in turns:
             product = turn @ other
-            if len(kept) < MOST_TURNS and _is_new(product, kept) and body.comes_back(product):
+            if len(kept) < MOST_SYMMETRIES and _is_new(product, kept) and body.comes_back(product):
                 kept.append(product)
     return kept
 
@@ -192,8 +195,8 @@ def _named(axis: Floats) -> Floats:
 def _classes(radius: Floats) -> list[Ints]:
     """Corners (C,) by their distance from the centre, the smallest class first; none in the centre itself."""
     order = np.argsort(radius, kind="stable")
-    breaks = np.flatnonzero(np.diff(radius[order]) > SAME_PLACE) + 1
-    classes = [part for part in np.split(order, breaks) if len(part) and radius[part[0]] > 10 * SAME_PLACE]
+    breaks = np.flatnonzero(np.diff(radius[order]) > SAME_RADIUS) + 1
+    classes = [part for part in np.split(order, breaks) if len(part) and radius[part[0]] > 10 * SAME_RADIUS]
     return sorted(classes, key=len)
 
 
@@ -222,5 +225,5 @@ def _turns_of_pairs(
     own = frame(a, b)
     return [
         frame(corners[first[i]], corners[second[j]]) @ own.T
-        for i, j in np.argwhere(np.abs(gaps - apart) < 2.0 * SAME_PLACE * diameter)
+        for i, j in np.argwhere(np.abs(gaps - apart) < 2.0 * SAME_RADIUS * diameter)
     ]

@@ -8,7 +8,7 @@ from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 
 MOST_IN_LEAF = 4  # triangles; chosen by hand
-SLACK = 1e-9  # of the model's diameter, by which boxes are larger than what they hold: for rounding
+BOX_SLACK_SHARE = 1e-9  # of the model's diameter, by which boxes are larger than what they hold: for rounding
 
 
 class TriangleTree(NamedTuple):
@@ -51,7 +51,7 @@ def tree_of(vertices: Floats, triangles: Ints, diameter: float) -> TriangleTree:
     while waits > 0:
         waits -= 1
         start, end = waiting[waits]
-        _bound(lows, highs, order[start:end], SLACK * diameter, boxes[box])
+        _bound(lows, highs, order[start:end], BOX_SLACK_SHARE * diameter, boxes[box])
         cut = _split(lows, highs, order[start:end]) if end - start > MOST_IN_LEAF else 0
         if cut == 0:
             first[box], last[box] = start, end

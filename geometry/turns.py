@@ -35,28 +35,29 @@ from itertools import product
 import numpy as np
 
 from geometry.model import Model
-from geometry.near_symmetries import APART_RAD, EXACT, exact_tolerance, near_symmetries
-from geometry.own_axes import TOLERANCE, own_axes
+from geometry.near_symmetries import ONE_TURN_RAD, UNCHANGED_SHARE, exact_tolerance, near_symmetries
+from geometry.own_axes import TOLERANCE_SHARE, own_axes
 from geometry.points_along import points_along
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from geometry.symmetries import ODD_ANGLES_RAD, SAME_TURN, count_astray, symmetry_of
+from geometry.symmetries import ODD_ANGLES_RAD, ONE_TURN_ENTRY, count_astray, symmetry_of
 from numerics.arrays import Floats
 
 MOST_PRODUCTS = 80  # 36-fold turns, and each turned over
-ANGLES_DEG = sorted({*range(30, 360, 30), *range(45, 360, 45)})  # of right turns: twelfths and eighths
-ROUND = 0.35  # share of the length of the sharp lines that any turn must bring back (chosen by hand) ...
-POINTS, TURNED = 4000, 300  # ... of points along them, and of so many that are turned
-RIM = 0.95  # of the largest distance from the axis: chamfers of a rim count as rim
-ALONG = 0.999  # cosine between an axis and that of a turn about it
-LEAST_DEG, TURNS = 3.0, 5  # of free turns: the least, and so many to either side (chosen by hand)
+RIGHT_TURNS_DEG = sorted({*range(30, 360, 30), *range(45, 360, 45)})  # of right turns: twelfths and eighths
+# By hand: share of the length of the sharp lines that any turn about a round axis must bring back ...
+ROUND_SHARE = 0.35
+ROUND_POINTS, ROUND_TURNED_POINTS = 4000, 300  # ... of points along them, and of so many that are turned
+RIM_SHARE = 0.95  # of the largest distance from the axis: chamfers of a rim count as rim
+AXIS_COSINE = 0.999  # cosine between an axis and that of a turn about it
+LEAST_FREE_TURN_DEG, FREE_TURNS_A_SIDE = 3.0, 5  # the least free turn, and how many to either side (by hand)
 
 
 @lru_cache(maxsize=8)
 def near_symmetries_and_products(model: Model) -> tuple[Pose, ...]:
     """The `near_symmetries` and what two of them make: a wheel may be turned over and about its axis at once.
 
-    No two nearer than APART_RAD; MOST_PRODUCTS at most.
+    No two nearer than ONE_TURN_RAD; MOST_PRODUCTS at most.
     """
     turns = near_symmetries(model)
     found = list(turns)
@@ -65,7 +66,7 @@ def near_symmetries_and_products(model: Model) -> tuple[Pose, ...]:
         if len(found) >= MOST_PRODUCTS:
             break
         both = one.matrix @ other.matrix
-        if np.tensordot(known, both, 2).max() < 1.0 + 2.0 * np.cos(APART_RAD):
+        if np.tensordot(known, both, 2).max() < 1.0 + 2.0 * np.cos(ONE_TURN_RAD):
             found.append(one.compose(other))
             known = np.concatenate([known, both[None]])
     return tuple(found)
@@ -82,19 +83,19 @@ def half_turns(model: Model) -> tuple[Pose, ...]:
 
 @lru_cache(maxsize=8)
 def right_turns(model: Model) -> tuple[Pose, ...]:
-    """Turns by ANGLES_DEG about axes along the target's own, through its middle and those of rings of lines.
+    """Turns by RIGHT_TURNS_DEG about the target's own axes, through its middle and those of rings of lines.
 
     A slender probe's eight-sided body comes back so, and all that stands on it does not: only images tell.
     Without turns that bring all of the target back onto itself, and each once.
     """
-    symmetry, tolerance = symmetry_of(model), TOLERANCE * model.diameter
+    symmetry, tolerance = symmetry_of(model), TOLERANCE_SHARE * model.diameter
     free, known = symmetry.free_axis, list(symmetry.turns)
     for axis, middle, rings in own_axes(model):
         for place in (middle, *rings):
             off = np.linalg.norm(np.cross(axis, place - symmetry.centre))
-            if free is not None and off <= tolerance and abs(axis @ free) > 1.0 - SAME_TURN:
+            if free is not None and off <= tolerance and abs(axis @ free) > 1.0 - ONE_TURN_ENTRY:
                 continue
-            for angle in ANGLES_DEG:
+            for angle in RIGHT_TURNS_DEG:
                 pose = Pose.turn_about(place, matrix_of(math.radians(angle) * axis))
                 if not any(_are_one(pose, other, model.middle, tolerance) for other in known):
                     known.append(pose)
@@ -103,7 +104,7 @@ def right_turns(model: Model) -> tuple[Pose, ...]:
 
 def _are_one(turn: Pose, other: Pose, middle: Floats, tolerance: float) -> bool:
     """Whether two turns turn alike, and take a point (3,) to the same place."""
-    if np.abs(turn.matrix - other.matrix).max() >= SAME_TURN:
+    if np.abs(turn.matrix - other.matrix).max() >= ONE_TURN_ENTRY:
         return False
     return bool(np.linalg.norm(turn.apply(middle[None]) - other.apply(middle[None])) <= tolerance)
 
@@ -118,20 +119,20 @@ def round_axes(model: Model) -> tuple[tuple[Floats, Floats], ...]:
     sharp = model.lines[~model.smooth]
     if len(sharp) == 0:
         return ()
-    cloud, length = points_along(model.vertices, sharp, 0.0, POINTS)
-    place = (np.arange(TURNED) + 0.5) / TURNED * length.sum()
+    cloud, length = points_along(model.vertices, sharp, 0.0, ROUND_POINTS)
+    place = (np.arange(ROUND_TURNED_POINTS) + 0.5) / ROUND_TURNED_POINTS * length.sum()
     some = cloud[np.searchsorted(np.cumsum(length), place)]
-    near = TOLERANCE * model.diameter
+    near = TOLERANCE_SHARE * model.diameter
     found: list[tuple[Floats, Floats]] = []
     for axis, middle, rings in own_axes(model):
         for centre in (np.zeros(3), middle, *rings):
             if any(known is axis for known, _ in found):
                 continue
             turned = [(some - centre) @ matrix_of(angle * axis).T + centre for angle in ODD_ANGLES_RAD]
-            if any(_share(points, cloud, near) < ROUND for points in turned):
+            if any(_share(points, cloud, near) < ROUND_SHARE for points in turned):
                 continue
             reach = exact_tolerance(axis, some - centre, model.diameter)
-            if all(_share(points, cloud, reach) < EXACT for points in turned):
+            if all(_share(points, cloud, reach) < UNCHANGED_SHARE for points in turned):
                 found.append((axis, centre))
     return tuple(found)
 
@@ -150,7 +151,7 @@ def free_turns(model: Model) -> tuple[tuple[Pose, ...], ...]:
     out = []
     for axis, centre in round_axes(model):
         half = math.pi / folds_about(model, axis)
-        angles = np.geomspace(min(math.radians(LEAST_DEG), half), half, TURNS)
+        angles = np.geomspace(min(math.radians(LEAST_FREE_TURN_DEG), half), half, FREE_TURNS_A_SIDE)
         out.append(tuple(Pose.turn_about(centre, matrix_of(angle * axis)) for angle in [*angles, *-angles]))
     return tuple(out)
 
@@ -186,7 +187,7 @@ def spin_rad(model: Model) -> float:
 def _about(axis: Floats, turns: Iterable[Pose]) -> list[Pose]:
     """Those of some turns that go about an axis (3,)."""
     vectors = ((turn, turn.rotation_vector) for turn in turns)
-    return [turn for turn, vector in vectors if abs(vector @ axis) >= ALONG * np.linalg.norm(vector)]
+    return [turn for turn, vector in vectors if abs(vector @ axis) >= AXIS_COSINE * np.linalg.norm(vector)]
 
 
 def turned_about(pose: Pose, axis: Floats, centre: Floats, angle_rad: float) -> Pose:
@@ -199,7 +200,7 @@ def rim_middle(model: Model, axis: Floats, centre: Floats) -> Floats:
     from_centre = model.vertices - centre
     along = from_centre @ axis
     aside = np.linalg.norm(from_centre - along[:, None] * axis, axis=1)
-    rim = along[aside >= RIM * aside.max()]
+    rim = along[aside >= RIM_SHARE * aside.max()]
     return np.asarray(centre + 0.5 * (rim.min() + rim.max()) * axis)
 
 

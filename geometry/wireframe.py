@@ -11,10 +11,9 @@ from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Floats
 
-# Chosen by hand where nothing else is said.
-SPACING_PX = 1.0
-GAP = 1.6  # samples of a line farther apart than this many steps have something hidden between them
-AWAY_PX = 0.2  # that what is drawn leaves an arc of facets, or a line through a lens
+DRAWN_SPACING_PX = 1.0  # of samples, as fine as pixels are
+DRAWN_GAP_STEPS = 1.6  # samples of a line farther apart than so many steps have something hidden between them
+MOST_CHORD_PX = 0.2  # that what is drawn leaves an arc of facets, or a line through a lens (by hand)
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,11 +39,11 @@ def visible_runs(model: Model, camera: Camera, pose: Pose) -> list[Run]:
     """
     from geometry.visibility import visible_samples  # late: who only reads what was drawn needs no kernels
 
-    samples = visible_samples(model, camera, pose, SPACING_PX)
+    samples = visible_samples(model, camera, pose, DRAWN_SPACING_PX)
     if len(samples.line) == 0:
         return []
     step = np.linalg.norm(np.diff(samples.image, axis=0), axis=1)
-    reach = GAP * np.maximum(samples.px[1:], samples.px[:-1])
+    reach = DRAWN_GAP_STEPS * np.maximum(samples.px[1:], samples.px[:-1])
     starts = np.flatnonzero((np.diff(samples.line) != 0) | (step > reach)) + 1
     edges = [0, *starts.tolist(), len(samples.line)]
     runs = []
@@ -60,7 +59,7 @@ def _cornered(points: Floats) -> Floats:
     """Of points along a stretch, (K, 2), those that tell where it is: its ends where it is straight."""
     import cv2  # late, as the kernels above
 
-    corners = cv2.approxPolyDP(points.astype(np.float32), AWAY_PX, closed=False)
+    corners = cv2.approxPolyDP(points.astype(np.float32), MOST_CHORD_PX, closed=False)
     return np.asarray(corners[:, 0], dtype=np.float64)
 
 

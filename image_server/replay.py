@@ -142,9 +142,7 @@ def pose_error(pose: PoseMessage, true_pose: PoseMessage) -> PoseErrorMessage:
     """Error of a pose against the true one."""
     from geometry.pose import Pose
 
-    error = Pose(np.array(pose.rotation_vector), np.array(pose.translation)).error_to(
-        Pose(np.array(true_pose.rotation_vector), np.array(true_pose.translation))
-    )
+    error = Pose.of(pose).error_to(Pose.of(true_pose))
     return PoseErrorMessage(
         rotation_deg=error.rotation_deg,
         translation_m=error.translation_m,

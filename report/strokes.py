@@ -75,7 +75,7 @@ def support_of(lines: list[LineRecord] | None) -> dict[int, float] | None:
 
 def pose_of(record: PoseMessage | None) -> Pose | None:
     """The pose of a record."""
-    return None if record is None else Pose(np.array(record.rotation_vector), np.array(record.translation))
+    return None if record is None else Pose.of(record)
 
 
 def is_supported(line: int, support: Mapping[int, float] | None) -> bool:

@@ -1,4 +1,4 @@
-"""The outcome of a session in words."""
+"""The outcome of a session in words: what happened. What may help the session has told (`advice`)."""
 
 import math
 from dataclasses import dataclass

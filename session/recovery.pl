@@ -32,22 +32,19 @@ patience_s(1).                          % after which it is said what is waited 
 :- dynamic
     started_with/2,                     % Options, StartArgs
     times/1,                            % how often a server was brought back
-    started/0,                          % the vision server has answered `start` or `restore`
-    said/0,                             % what is waited for
-    renewed/0,                          % what the image server did in the present action may not be all it told
-    since/1,                            % Event that came since the present action began
-    told/1,                             % Event that the reply to the present action tells of
-    told_number/2,                      % Sequence, Name: of an event that a reply told of before it arrived
-    pending/1.                          % Event that is to be met
+    so_far/1,                           % started: the vision server has answered `start` or `restore`; said: what is
+                                        % waited for; renewed: what the image server did in the present action may
+                                        % not be all it told
+    event/2,                            % Event, and its stage: it came since the present action began, the reply to
+                                        % that told of it, or it is pending, to be met
+    told_number/2.                      % Sequence, Name: of an event that a reply told of before it arrived
 
 %!  open_recovery(+Options, +StartArgs) is det.
 %
 %   StartArgs are those of the vision server's `start`.
 
 open_recovery(Options, StartArgs) :-
-    forall(member(Fact, [ started_with(_, _), times(_), started, said, renewed, since(_), told(_), told_number(_, _),
-                          pending(_) ]),
-           retractall(Fact)),
+    forall(member(Fact, [started_with(_, _), times(_), so_far(_), event(_, _), told_number(_, _)]), retractall(Fact)),
     assertz(started_with(Options, StartArgs)),
     assertz(times(0)).
 
@@ -56,7 +53,10 @@ open_recovery(Options, StartArgs) :-
 %   The vision server knows of the session.
 
 server_started :-
-    ( started -> true ; assertz(started) ).
+    note(started).
+
+note(What) :-
+    ( so_far(What) -> true ; assertz(so_far(What)) ).
 
                 /*******************************
                 *       WHILE ONE WAITS        *
@@ -80,12 +80,12 @@ look_after(Name, Op, Seconds) :-
     pulse(Op, Seconds),
     patience_s(Patience),
     (   Seconds < Patience
-    ->  retractall(said)
+    ->  retractall(so_far(said))
     ;   table_is_live                   % it says so itself
     ->  true
-    ;   said                            % once: this is called ten times a second
+    ;   so_far(said)                    % once: this is called ten times a second
     ->  true
-    ;   assertz(said),
+    ;   note(said),
         show(Options, waiting(Name, Op))
     ).
 
@@ -103,7 +103,7 @@ image_server_again(Error) :-
     start_again(image_server),
     hold_back,
     listen_again,
-    ( renewed -> true ; assertz(renewed) ).
+    note(renewed).
 
                 /*******************************
                 *       NO ANSWER CAME         *
@@ -120,16 +120,16 @@ brought_back(Name, Op, Error) :-
     lost(Error, Name, Lost),
     counted(Error),
     bring_back(Lost, Name, Op),
-    ( renewed -> true ; assertz(renewed) ).
+    note(renewed).
 
 lost(Error, Name, died(Dead)) :-
     died(Error, Dead),
     memberchk(Name, [Dead, vision_server]),
     !.
 lost(error(server_error(timeout, _, _), _), vision_server, slow) :-
-    started.
+    so_far(started).
 lost(error(server_error(no_session, _, _), _), vision_server, forgotten) :-
-    started.
+    so_far(started).
 
 %   One that ends with a complaint before it has ever served would do so again.
 died(error(server_died(Name, Status, _, _), _), Name) :-
@@ -173,7 +173,7 @@ bring_back(slow, _, _) =>
     image_server_as_before.
 
 restore_if_started :-
-    (   started
+    (   so_far(started)
     ->  nb_getval(session_situation, Situation),
         restore(Situation)
     ;   true
@@ -209,7 +209,7 @@ begin_action :-
 
 end_action(Action) :-
     add_to_past(Action),
-    ( retract(renewed) -> image_server_as_before ; true ).
+    ( retract(so_far(renewed)) -> image_server_as_before ; true ).
 
 %!  came_with(+Result) is det.
 %
@@ -218,28 +218,28 @@ end_action(Action) :-
 
 came_with(Result) :-
     (   is_list(Result.get(events))
-    ->  forall(member(Event, Result.events), assertz(told(Event)))
+    ->  forall(member(Event, Result.events), assertz(event(Event, told)))
     ;   true
     ).
 
 %   Those that came unasked.
 hold_back :-
     arrived(Events),
-    forall(( member(Event, Events), \+ told_already(Event) ), assertz(since(Event))).
+    forall(( member(Event, Events), \+ told_already(Event) ), assertz(event(Event, since))).
 
 told_already(Event) :-
     told_number(Event.sequence, Event.event).
 
 all_pending :-
-    forall(retract(told(Event)),
-           ( assertz(pending(Event)),
+    forall(retract(event(Event, told)),
+           ( assertz(event(Event, pending)),
              assertz(told_number(Event.sequence, Event.event)) )),
-    forall(( retract(since(Event)), \+ told_already(Event) ), assertz(pending(Event))).
+    forall(( retract(event(Event, since)), \+ told_already(Event) ), assertz(event(Event, pending))).
 
 drop_changes :-
     hold_back,
     retractall(told_number(_, _)),      % another server may count anew
-    forall(( since(Event), change(Event) ), retract(since(Event))).
+    forall(( event(Event, since), change(Event) ), retract(event(Event, since))).
 
 change(Event) :-
     memberchk(Event.event, ["sun_changed", "target_moved"]).
@@ -251,7 +251,7 @@ change(Event) :-
 new_events(Events) :-
     hold_back,
     all_pending,
-    findall(Event, retract(pending(Event)), Events).
+    findall(Event, retract(event(Event, pending)), Events).
 
                 /*******************************
                 *      A RESUMED SESSION       *
@@ -269,7 +269,7 @@ take_over(Situation) :-
     (   own_server(image_server)
     ->  (   asked_as_in_the_past(Told)
         ->  missed_events(Newest, Told, Events),
-            forall(member(Event, Events), assertz(pending(Event)))
+            forall(member(Event, Events), assertz(event(Event, pending)))
         ;   true
         )
     ;   findall(RangeM, member(advance(RangeM), Newest), Ranges),

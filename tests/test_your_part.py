@@ -69,7 +69,7 @@ def is_shown(line: str, shown: str) -> bool:
 
 
 def is_right(told: dict[str, Any], true: Pose) -> bool:
-    pose = Pose(np.array(told["rotation_vector"]), np.array(told["translation"]))
+    pose = Pose.from_dict(told)
     return pose.error_to(true).within(*LIMITS)
 
 

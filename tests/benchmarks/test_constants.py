@@ -30,6 +30,6 @@ def test_constants_of_kernels_are_told() -> None:
 def test_of_a_module_its_own_constants_are_meant() -> None:
     module, names = named("vision_server.pose.ranking")
     assert module == "vision_server.pose.ranking"
-    assert {"SAME", "COARSE_REACHES_PX", "COARSER"} <= set(names)
+    assert {"ONE_OPTIMUM", "COARSE_REACHES_PX", "COARSENING"} <= set(names)
     assert "EXACT_REACH_PX" not in names
-    assert named("vision_server.pose.ranking.BESIDE") == (module, ["BESIDE"])
+    assert named("vision_server.pose.ranking.MOST_BESIDE") == (module, ["MOST_BESIDE"])

@@ -34,7 +34,7 @@ def test_the_target_is_lit_where_its_pose_says(tmp_path: Path, monkeypatch: pyte
     target = stack.table.target
     assert target.true_pose is not None
     assert target.seed_pose is not None
-    pose = Pose(np.array(target.true_pose.rotation_vector), np.array(target.true_pose.translation))
+    pose = Pose.of(target.true_pose)
     model = load_model(file)
     pixels = ray_traced_stacks.CAMERA.project(pose.apply(model.vertices))
     covered = np.zeros((480, 640), np.uint8)

@@ -6,10 +6,8 @@ import pytest
 from benchmarks import given_poses, referee
 from benchmarks.films import CAMERA
 from geometry.model import TARGETS, load_model
-from geometry.pose import Pose
-from vision_server.tracking.agreement import Agreement
-from vision_server.tracking.chances import CALIBRATION, Calibration, Chance, Chances
-from vision_server.tracking.referee import LIMITS
+from geometry.pose import RIGHT, Pose
+from vision_server.tracking.chances import CALIBRATION, Agreement, Calibration, Chance, Chances
 
 
 @pytest.mark.parametrize(("number", "shape"), [(3, "box"), (6, "part"), (12, "part")])
@@ -29,7 +27,7 @@ def test_corners_tell_the_pose_but_for_those_that_are_interchanged(monkeypatch: 
     assert found.error_to(true).within(0.05, 0.001)
     monkeypatch.setattr(given_poses, "INTERCHANGED", 1.0)
     others = [given_poses._of_corners(rng, model, CAMERA, true) for _ in range(5)]
-    assert not any(other is not None and other.error_to(true).within(*LIMITS) for other in others)
+    assert not any(other is not None and other.error_to(true).within(*RIGHT) for other in others)
 
 
 def test_a_shape_is_judged_by_a_fit_to_the_others(monkeypatch: pytest.MonkeyPatch) -> None:

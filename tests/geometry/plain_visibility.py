@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from geometry.hidden_lines import TOUCH
+from geometry.hidden_lines import ON_FACE_SHARE
 from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Flags, Floats
@@ -25,7 +25,7 @@ def turned_to_camera(model: Model, pose: Pose, line: int) -> bool:
 
 def hidden(model: Model, pose: Pose, points: Floats) -> Flags:
     """Whether any triangle lies between the camera and each point (N, 3) of the target frame."""
-    centre, touch = pose.inverse().translation, TOUCH * model.diameter
+    centre, touch = pose.inverse().translation, ON_FACE_SHARE * model.diameter
     out = np.zeros(len(points), dtype=bool)
     for triangle, face in zip(model.triangles, model.triangle_face, strict=True):
         a, b, c = model.vertices[triangle]

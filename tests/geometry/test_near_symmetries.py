@@ -9,7 +9,7 @@ from benchmarks.cad_parts import CAD
 from benchmarks.machined_parts import circle, drilled, machined, rounded, surface_of
 from geometry.model import Model, find_target, load_model
 from geometry.near_symmetries import near_symmetries
-from geometry.own_axes import TOLERANCE, middles_of_rings
+from geometry.own_axes import TOLERANCE_SHARE, middles_of_rings
 from geometry.rotation import matrix_of
 from tests.geometry.boxes import box, model_of
 
@@ -83,7 +83,7 @@ def test_a_wheel_with_a_block_is_turned_about_its_axis(tmp_path: Path, sides: in
 def test_a_ring_has_its_middle_also_where_some_of_it_is_missing(tmp_path: Path) -> None:
     model = wheel(tmp_path, 9, 0.3, missing=4)
     ends = model.vertices[model.lines]
-    first, *_ = middles_of_rings(ends, np.array([0.0, 0.0, 1.0]), TOLERANCE * model.diameter)
+    first, *_ = middles_of_rings(ends, np.array([0.0, 0.0, 1.0]), TOLERANCE_SHARE * model.diameter)
     assert first[:2] == pytest.approx([0.2, 0.1], abs=0.01)
 
 

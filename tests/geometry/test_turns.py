@@ -8,13 +8,13 @@ import pytest
 
 from benchmarks.machined_parts import circle, drilled, surface_of
 from geometry.model import TARGETS, Model, find_target, load_model
-from geometry.near_symmetries import EXACT, near_symmetries
-from geometry.own_axes import TOLERANCE
+from geometry.near_symmetries import UNCHANGED_SHARE, near_symmetries
+from geometry.own_axes import TOLERANCE_SHARE
 from geometry.rotation import matrix_of
 from geometry.symmetries import symmetry_of
-from geometry.turns import ANGLES_DEG, ROUND, right_turns, round_axes, turns_about_round_axes
+from geometry.turns import RIGHT_TURNS_DEG, ROUND_SHARE, right_turns, round_axes, turns_about_round_axes
 
-ENOUGH, MOST = ROUND, EXACT
+ENOUGH, MOST = ROUND_SHARE, UNCHANGED_SHARE
 LESS = 0.5 * ENOUGH
 LUG = np.array([[0.02, -0.01], [0.04, -0.01], [0.04, 0.01], [0.02, 0.01]])
 
@@ -39,7 +39,7 @@ def test_an_eight_sided_body_is_turned_by_an_eighth_about_its_own_middle() -> No
 def test_what_changes_nothing_is_no_turn_and_each_is_there_once() -> None:
     cube = load_model(find_target("cube"))
     turns = right_turns(cube)
-    assert 0 < len(turns) < 3 * len(ANGLES_DEG)
+    assert 0 < len(turns) < 3 * len(RIGHT_TURNS_DEG)
     every = [*symmetry_of(cube).turns, *turns]
     apart = [
         np.abs(one.matrix - other.matrix).max() for k, one in enumerate(every) for other in every[k + 1 :]
@@ -49,7 +49,7 @@ def test_what_changes_nothing_is_no_turn_and_each_is_there_once() -> None:
 
 def test_a_disc_is_not_turned_about_its_axis() -> None:
     disc = Model.of_surface("disc", surface_of([drilled(circle(0.05, 96), [], 0.0, 0.02)]))
-    assert not any(turned(disc, angle, (0.0, 0.0)) for angle in ANGLES_DEG)
+    assert not any(turned(disc, angle, (0.0, 0.0)) for angle in RIGHT_TURNS_DEG)
     assert right_turns(disc)
 
 
@@ -84,7 +84,7 @@ def test_every_turn_counts(
     nearly: list[float], exactly: list[float], found: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     model = load_model(TARGETS / "cube.cao")
-    loosely = TOLERANCE * model.diameter
+    loosely = TOLERANCE_SHARE * model.diameter
     turns: dict[float, Iterator[float]] = {}
 
     def share(_points: object, _cloud: object, reach: float) -> float:

@@ -9,7 +9,7 @@ from geometry.camera import Camera
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
-from geometry.wireframe import AWAY_PX, visible_runs
+from geometry.wireframe import MOST_CHORD_PX, visible_runs
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 OFF_PX = 0.5  # of a chord of an arc's middle, and more than samples' own zigzag
@@ -42,7 +42,7 @@ def test_no_arc_is_left_however_small_it_is(range_m: float) -> None:
         aside, chord = points[:, None] - start, end - start
         along = np.clip((aside * chord).sum(axis=2) / (chord**2).sum(axis=1), 0.0, 1.0)
         away = np.linalg.norm(aside - along[..., None] * chord, axis=2).min(axis=1)
-        assert away.max() <= AWAY_PX + 1e-6
+        assert away.max() <= MOST_CHORD_PX + 1e-6
 
 
 def test_a_straight_line_is_its_ends() -> None:

@@ -6,7 +6,6 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import tomli_w
 
@@ -19,10 +18,6 @@ pytestmark = pytest.mark.slow
 
 SHORT = ("--max-iterations", "2", "--no-report", "--quiet")
 LIMITS = (1.0, 0.01)  # right: degrees, share of the range
-
-
-def pose_of(told: dict[str, Any]) -> Pose:
-    return Pose(np.array(told["rotation_vector"]), np.array(told["translation"]))
 
 
 def result_of(out: Path) -> dict[str, Any]:
@@ -84,7 +79,7 @@ STACKS = ("cube-0", "cube-1", "fixture-0", "fixture-1", "satellite-0", "satellit
 def test_a_stack_without_a_seed_pose(name: str, shared_data: Path, tmp_path: Path) -> None:
     """The right pose is among those found; a wrong one is never trusted."""
     table = tomllib.loads((shared_data / "stacks" / name / "stack.toml").read_text())
-    true = pose_of(table["target"]["true_pose"])
+    true = Pose.from_dict(table["target"]["true_pose"])
     del table["target"]["seed_pose"]
     stack = tmp_path / name
     stack.mkdir()
@@ -95,6 +90,6 @@ def test_a_stack_without_a_seed_pose(name: str, shared_data: Path, tmp_path: Pat
     done = served("--stack", stack, "--out", tmp_path / "run", *SHORT)
     assert done.returncode in (0, 3), done.stderr
     result = result_of(tmp_path / "run")
-    assert any(pose_of(one["pose"]).error_to(true).within(*LIMITS) for one in result["poses"])
+    assert any(Pose.from_dict(one["pose"]).error_to(true).within(*LIMITS) for one in result["poses"])
     if result["status"] == "converged":
-        assert pose_of(result["pose"]).error_to(true).within(*LIMITS)
+        assert Pose.from_dict(result["pose"]).error_to(true).within(*LIMITS)

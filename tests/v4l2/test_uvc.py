@@ -286,6 +286,6 @@ def test_a_whole_session_finds_the_pose_though_a_light_dies(
     )  # fmt: skip
     assert "event: light_fault(light3)" in said
     assert (status, result["status"]) == (0, "converged"), said
-    found = Pose(*(np.array(result["pose"][part]) for part in ("rotation_vector", "translation")))
+    found = Pose.from_dict(result["pose"])
     error = found.error_to(Simulator("cube", "nominal", SEED).true_pose)
     assert error.rotation_deg < 0.5 and error.translation_fraction_of_range < 0.005

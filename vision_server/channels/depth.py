@@ -39,14 +39,14 @@ def is_deep(image: NDArray[Any]) -> bool:
 
 
 def in_grey(image: Pixels) -> Field:
-    """The image in grey with its fractions, float32; itself if it is that."""
+    """The image (H, W) in grey with its fractions, float32; itself if it is that."""
     if image.dtype == np.uint16:
         return np.multiply(image, np.float32(1.0 / PER_GREY), dtype=np.float32)
     return np.asarray(image, np.float32)
 
 
 def deepened(grey: Pixels) -> Deep:
-    """Grey with fractions, float32, as uint16."""
+    """Grey with fractions, float32 (H, W), as uint16."""
     return np.asarray(np.clip(np.rint(grey * np.float32(PER_GREY)), 0.0, WHITE), np.uint16)
 
 
@@ -109,7 +109,7 @@ def _without_mosaic(pixels: Pixels) -> Pixels:
 
 
 def rounded(image: Pixels) -> Grey:
-    """The image in whole grey, uint8; itself if it is of 8 bits."""
+    """The image (H, W) in whole grey, uint8; itself if it is of 8 bits."""
     if not is_deep(image):
         return np.asarray(image, np.uint8)
     return np.asarray(cv2.convertScaleAbs(image, alpha=grey_per_count(image)), np.uint8)
@@ -156,7 +156,7 @@ def rounding_sd(image: Pixels) -> float:
 
 
 def stretched(image: Pixels) -> Grey:
-    """A deep image in eight bits of its own range, where that is narrow; its ends clip then, as at 255."""
+    """A deep image (H, W) in 8 bits of its own range, where that is narrow; its ends clip then, as at 255."""
     if not is_deep(image):
         return rounded(image)
     scale = grey_per_count(image)

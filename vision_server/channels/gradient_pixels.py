@@ -1,4 +1,4 @@
-"""Pixels of one image whose gradient stands out of the noise, 4 to 12 % of most images, as a list."""
+"""Pixels of one image, as a list, whose Gaussian derivative stands out of the noise, as in Canny (1986)."""
 
 from __future__ import annotations
 

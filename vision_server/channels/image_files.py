@@ -1,4 +1,4 @@
-"""Image files as grey arrays."""
+"""Image files as grey arrays (H, W), of their own depth: 8 or 16 bits, or floats."""
 
 from __future__ import annotations
 

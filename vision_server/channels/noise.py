@@ -1,4 +1,4 @@
-"""Sensor noise of one image as a function of grey, measured on the image itself; the scale that suits it."""
+"""Sensor noise of one image by grey (Immerkaer 1996), measured on the image; the scale that suits it."""
 
 from __future__ import annotations
 

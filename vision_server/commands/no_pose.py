@@ -1,4 +1,4 @@
-"""Why an estimate may have found no pose, or one that is hardly believed, and what to do about it."""
+"""Why an estimate of image files may have found no pose, or one hardly believed, and what to do about it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Means along edges: what an edgel is, its neighbours on the same edge are too."""
+"""Means along edges, of each edgel and its neighbours: these are of one kind, so that noise averages out."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ FACTORS = 8  # so many values within what float32 holds have a product that floa
 
 
 def either(first: Reals | float, second: Reals) -> Reals:
-    """Logarithm of the sum of what two logarithms are of: `np.logaddexp`, at many times its speed."""
+    """Logarithm of the sum of what two logarithms (...) are of: `np.logaddexp`, at many times its speed."""
     return np.asarray(np.maximum(first, second) + np.log(1.0 + np.exp(-np.abs(first - second))))
 
 

@@ -91,12 +91,12 @@ class EdgeMap:
         return numbers
 
     def strongest_first(self, chosen: Flags) -> Ints:
-        """Numbers of the chosen edgels."""
+        """Numbers (M,) of the chosen edgels (N,)."""
         numbers = np.flatnonzero(chosen)
         return numbers[np.argsort(-self.strength[numbers], kind="stable")]
 
     def free(self, chosen: Flags) -> FreeEdgels:
-        """The chosen edgels for a kernel that groups them."""
+        """The chosen edgels (N,) for a kernel that groups them."""
         return FreeEdgels(self.index, self.places, self.points, self.normals, chosen.copy())
 
 

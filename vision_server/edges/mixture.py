@@ -22,13 +22,13 @@ BINS = 16  # of axial orientation over pi: 11 degrees each, within the main comp
 
 
 def axial_difference(a: Floats | float, b: Floats | float) -> Floats:
-    """Angle between axes, rad, 0 .. pi/2."""
+    """Angle (N,) between axes (N,), rad, 0 .. pi/2."""
     difference = np.mod(np.abs(np.asarray(a) - b), np.pi)
     return np.asarray(np.minimum(difference, np.pi - difference))
 
 
 def axial_mean(angles: Floats, weights: Floats) -> float:
-    """Mean direction of weighted axes by their doubled angles, rad."""
+    """Mean direction of weighted axes (N,), rad, by their doubled angles, rad."""
     sine, cosine = np.sum(weights * np.sin(2.0 * angles)), np.sum(weights * np.cos(2.0 * angles))
     return float(0.5 * np.arctan2(sine, cosine))
 

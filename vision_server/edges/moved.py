@@ -23,7 +23,6 @@ from vision_server.edges.suppression import edgel_thresholds
 # Chosen by hand, on simulated scenes under four lights and on statues (python -m benchmarks.movement).
 REACH_PX = 40  # largest shift that is looked for
 DIRECTIONS = 12  # of edges over pi
-NEAR = np.ones((3, 3), np.uint8)  # edges so near to each other, and of directions next to each other, are one
 FEWEST_EDGELS = 60  # that tell something
 MOST_EDGELS = 1500  # that vote: so many take 10 ms
 # Shortest shift, and in standard deviations of blur: edges of blurred bands wander.

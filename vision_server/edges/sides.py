@@ -1,4 +1,4 @@
-"""What the channels show on either side of each edgel: intensities, their noise, and which are clipped."""
+"""What channels show on both sides of each edgel: intensities (C, 2, N), their noise, which are clipped."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Poses of the search range from numbers between -1 and 1, and numbers that fill it evenly."""
+"""Poses around a seed pose from numbers that fill -1 to 1 evenly, and how far a pose is beyond the range."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from geometry.rotation import euler_matrices
 from numerics.arrays import Flags, Floats
 from vision_server.matching.match import SearchRange
 
-# Chosen by hand where nothing else is said.
-MARGIN = 0.1  # of the search range; a true pose at its border must not be lost to noise
-MARGIN_DEG, MARGIN_PX = 3.0, 6.0  # for narrow ranges: what edges may pull a pose by
-GOLDEN = 1.1127756842787055  # root of x^7 = x + 1
+# By hand, beyond the search range, as a true pose at its border must not be lost to noise: a share of it, and
+# what edges may pull a pose by in narrow ones.
+MARGIN_SHARE, MARGIN_DEG, MARGIN_PX = 0.1, 3.0, 6.0
+GOLDEN_RATIO_7 = 1.1127756842787055  # root of x^7 = x + 1
 
 
 def even_numbers(count: int, seed: int) -> Floats:
@@ -25,7 +25,7 @@ def even_numbers(count: int, seed: int) -> Floats:
     quasirandom sequences", 2018).
     """
     shift = np.random.default_rng(seed).uniform(size=6)
-    steps = (1.0 / GOLDEN) ** np.arange(1, 7)
+    steps = (1.0 / GOLDEN_RATIO_7) ** np.arange(1, 7)
     out: Floats = 2.0 * ((shift + np.outer(np.arange(1, count + 1), steps)) % 1.0) - 1.0
     return out
 
@@ -69,8 +69,8 @@ def beyond(
     moved_m = np.abs(translations - seed_pose.translation).max(axis=1)
     moved_px = moved_m * camera.fx / seed_pose.translation[2]
     most_deg, most_px = search_range.rotation_deg, search_range.translation_px
-    turned = (turned_deg - most_deg) / (MARGIN * most_deg + MARGIN_DEG)
-    moved = (moved_px - most_px) / (MARGIN * most_px + MARGIN_PX)
+    turned = (turned_deg - most_deg) / (MARGIN_SHARE * most_deg + MARGIN_DEG)
+    moved = (moved_px - most_px) / (MARGIN_SHARE * most_px + MARGIN_PX)
     return np.asarray(np.maximum(turned, moved))
 
 

@@ -1,4 +1,8 @@
-"""The pose without a seed pose: candidates from templates, aligned and scored as around a seed pose."""
+"""The pose without a seed pose: candidates from templates, aligned and scored as around a seed pose.
+
+In go segments, a model and what is known of the pose (`Anywhere`); out come hypotheses as of `search`. The
+sizes that the target may have in the image are tried in grids of a few (`templates`), then compared.
+"""
 
 from __future__ import annotations
 
@@ -33,13 +37,12 @@ from vision_server.matching.search import (
 from vision_server.matching.templates import candidates, sizes_px
 from vision_server.matching.views import Views
 
-# Chosen by hand where nothing else is said.
-NORMAL_PX = 400.0  # the largest target of a grid of sizes is looked at as if it were so wide
-CANDIDATES, ALIGNED, KEPT = 1500, 300, 60  # poses of each grid of sizes
-FINISHED = 12  # likewise: scores of different grids are only roughly comparable
-HYPOTHESES = 12
-WIDEST_PX = 1280.0  # a frame that is wider is looked at as if it were so wide, when these are finished
-FAR = 2.5  # diameters: from there on, what is seen of a target hardly depends on how far it is
+# By hand, as time is in proportion: `python -m benchmarks.first_sight` says what other numbers find.
+GRID_TARGET_PX = 400.0  # the largest target of a grid of sizes is looked at as if it were so wide
+CANDIDATES, ALIGNED, KEPT, FINISHED_A_GRID = 1500, 300, 60, 12  # poses of each grid of sizes, stage by stage
+MOST_FIRST_SIGHT_HYPOTHESES = 12  # of all grids, whose scores are only roughly comparable
+WIDEST_FRAME_PX = 1280.0  # a frame that is wider is looked at as if it were so wide, when these are finished
+FAR_DIAMETERS = 2.5  # diameters: from there on, what is seen of a target hardly depends on how far it is
 
 
 def match_anywhere(segments: Floats, model: Model, camera: Camera, anywhere: Anywhere) -> list[Hypothesis]:
@@ -60,15 +63,17 @@ def match_anywhere(segments: Floats, model: Model, camera: Camera, anywhere: Any
     found: list[tuple[Floats, Floats, Floats]] = []
     looks, views = None, None
     for sizes in sizes_px(camera, model.diameter, anywhere):
-        if looks is None or views is None or looks.distance < FAR * model.diameter:
+        if looks is None or views is None or looks.distance < FAR_DIAMETERS * model.diameter:
             distance = range_of(model, camera, float(sizes[len(sizes) // 2]))
             views = _views(model, camera, sizes, distance)
             looks = looks_of(views, model, distance, directions, cell_px_of(sizes) * _scale(sizes))
         found.append(_of_sizes(segments, model, camera, sizes, looks, views))
     rotations, translations, scores = (np.concatenate(part) for part in zip(*found, strict=True))
-    ends, small = at_scale(segments, camera, min(1.0, WIDEST_PX / max(camera.width, camera.height)))
+    ends, small = at_scale(segments, camera, min(1.0, WIDEST_FRAME_PX / max(camera.width, camera.height)))
     edges, poses = nearest_edges(ends, small), (rotations, translations)
-    return finished(edges, model, small, poses, scores, len(scores), HYPOTHESES, SIGNIFICANCE)
+    return finished(
+        edges, model, small, poses, scores, len(scores), MOST_FIRST_SIGHT_HYPOTHESES, SIGNIFICANCE
+    )
 
 
 def _of_sizes(
@@ -95,13 +100,13 @@ def _of_sizes(
     aligned(edges, problem, *poses, KEPT_REACHES_PX)
     scores = scores_of(edges, problem, *poses, FINAL_REACH_PX, merit=SIGNIFICANCE)
     scores[(poses[1] + poses[0] @ model.middle)[:, 2] <= 0.0] = -np.inf
-    kept = distinct(*poses, scores, FINISHED)
+    kept = distinct(*poses, scores, FINISHED_A_GRID)
     return poses[0][kept], poses[1][kept], scores[kept]
 
 
 def _scale(sizes: Floats) -> float:
-    """Of the image in which the largest of the sizes is NORMAL_PX."""
-    return float(NORMAL_PX / sizes[0])
+    """Of the image in which the largest of the sizes is GRID_TARGET_PX."""
+    return float(GRID_TARGET_PX / sizes[0])
 
 
 def _views(model: Model, camera: Camera, sizes: Floats, distance: float) -> Views:

@@ -1,4 +1,9 @@
-"""Score poses against the nearest image edges, and align them with these (iterative closest point)."""
+"""Score poses against the nearest image edges, and align them with these: iterative closest point.
+
+In go poses with what is visible from them, and the table of `nearest_edges`; out come scores, or the poses
+moved. Each step is one of robust least squares from point to line (Besl and McKay 1992; Chen and Medioni
+1992), with Tukey's weights; `score_poses` and `align` are the definitions.
+"""
 
 from __future__ import annotations
 
@@ -22,19 +27,17 @@ from vision_server.matching.nearest_edges import (
 )
 from vision_server.matching.views import ViewTable
 
-# Chosen by hand where nothing else is said.
-TURN = 0.25  # sine of the angle between model line and segment at which support ends
-ALIGN_TURN = 0.15  # likewise, beyond which a segment is no partner: clutter then has little to hold on to ...
-LEAST_ALIGN_TURN = 0.08  # ... shrinking to this ...
-FULL_TURN_REACH_PX = 12.0  # ... with the reach, from here on
+# Sines of angles between model line and segment, by hand: at the first support ends; beyond the second a
+# segment is no partner, as clutter then has little to hold on to, which shrinks to the third with the reach,
+# from this one on.
+SUPPORT_SINE, PARTNER_SINE, LEAST_PARTNER_SINE, FULL_SINE_REACH_PX = 0.25, 0.15, 0.08, 12.0
 # Support of a pixel of model line that chance gives; less than this counts against a pose. With 0.4, for
 # which the lines of a blurred or dark target show too little, 15 of 448 poses on ray-traced hard scenes are
 # not right that are with this, and two are.
-CHANCE = 0.1
-DAMPING = 1e-3  # of the normal equations' diagonal
-LEAST_DIAGONAL = 1e-12  # added to it
-MAX_TURN_RAD = 0.2  # largest rotation of one step
-LEAST_DEPTH_M = 1e-6
+CHANCE_SUPPORT = 0.1
+DAMPING, LEAST_DIAGONAL = 1e-3, 1e-12  # of the normal equations' diagonal, and added to it (Marquardt)
+MAX_TURN_RAD = 0.2  # largest rotation of one step: the equations are linear in it (by hand)
+LEAST_DEPTH_M = 1e-6  # of an end of a line: what is nearer has no direction in the image
 
 
 _matrix_of = kernel()(matrix_of)
@@ -149,14 +152,14 @@ def score_pose(
             elif segment != NO_SEGMENT:
                 _, distance = offset(segments, segment, x, y)
                 turn = abs(ux * segments[segment, 3] - uy * segments[segment, 2])
-                gain = max(0.0, 1.0 - distance / reach_px) * max(0.0, 1.0 - turn / TURN)
+                gain = max(0.0, 1.0 - distance / reach_px) * max(0.0, 1.0 - turn / SUPPORT_SINE)
                 near += weight if distance < reach_px else 0.0
             support = weight * gain
             if merit.once and segment != NO_SEGMENT:
                 piece = piece_of(edges, segment, x, y)
                 support = min(support, unclaimed[piece])
                 unclaimed[piece] -= support
-            score += support - weight * CHANCE
+            score += support - weight * CHANCE_SUPPORT
             total += weight
     if total <= 0.0:
         return 0.0, 0.0
@@ -236,7 +239,7 @@ def normal_equations(
     points, px, labels, segments = views.points, views.px, edges.label, edges.segments
     width, height = edges.size[0], edges.size[1]
     row = np.empty(6)
-    turn_limit = max(LEAST_ALIGN_TURN, min(ALIGN_TURN, ALIGN_TURN * reach_px / FULL_TURN_REACH_PX))
+    turn_limit = max(LEAST_PARTNER_SINE, min(PARTNER_SINE, PARTNER_SINE * reach_px / FULL_SINE_REACH_PX))
     normal[:], gradient[:], fit = 0.0, 0.0, 0.0
     for q in range(views.first[view], views.first[view + 1]):
         ux, uy = image_direction(views.ends, q, r, t, fx, fy)

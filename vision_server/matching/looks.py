@@ -1,4 +1,4 @@
-"""What is seen of a target from directions all over the sphere: of what templates are made."""
+"""What is seen of a target from all over the sphere: points of its lines, of which templates are made."""
 
 from __future__ import annotations
 
@@ -14,10 +14,9 @@ from numerics.arrays import Floats, Ints
 from vision_server.matching.match import Anywhere
 from vision_server.matching.views import Views, frame_towards
 
-# Chosen by hand where nothing else is said.
-DIRECTIONS = 320  # on the sphere, 11 degrees apart
-POINTS = 64  # of a look
-CELLS_ACROSS = 40  # of the largest target of a grid
+LOOK_DIRECTIONS = 320  # on the sphere, 11 degrees apart; time is in proportion to it and to points (by hand)
+LOOK_POINTS = 64  # of a look
+TARGET_CELLS_ACROSS = 40  # of the largest target of a grid
 
 
 class Look(NamedTuple):
@@ -25,8 +24,8 @@ class Look(NamedTuple):
 
     Attributes
     ----------
-    points, along : (N, 3), N at most POINTS: about the target's middle, and the lines' directions there, in
-        the camera's axes, metres.
+    points, along : (N, 3), at most LOOK_POINTS: about the target's middle, and the lines' directions there,
+        in the camera's axes, metres.
     length : of all visible lines in the image, cells.
     """
 
@@ -61,7 +60,7 @@ def directions_on_sphere(count: int) -> Floats:
 
 def directions_of(anywhere: Anywhere) -> Floats:
     """The directions (V, 3) from which the target may be seen, in its frame."""
-    directions = directions_on_sphere(DIRECTIONS)
+    directions = directions_on_sphere(LOOK_DIRECTIONS)
     seen: Floats = directions[anywhere.sees(directions)]
     return seen
 
@@ -80,7 +79,7 @@ def looks_of(views: Views, model: Model, distance: float, directions: Floats, ce
         runs = slice(table.first[number], table.first[number + 1])
         first = table.run[runs.start : runs.stop + 1]
         px = table.px[first[0] : first[-1]]
-        some = evenly(px, POINTS)
+        some = evenly(px, LOOK_POINTS)
         steps = np.diff(table.ends[runs], axis=1)[np.searchsorted(first, first[0] + some, "right") - 1, 0]
         along = steps / np.linalg.norm(steps, axis=1, keepdims=True)
         points = table.points[first[0] : first[-1]][some] - model.middle
@@ -98,8 +97,8 @@ def evenly(px: Floats, most: int) -> Ints:
 
 
 def cell_px_of(sizes: Floats) -> float:
-    """Width of the cells of a grid that such sizes share."""
-    return float(sizes[0]) / CELLS_ACROSS
+    """Width, px, of the cells of a grid that sizes (S,), px, share."""
+    return float(sizes[0]) / TARGET_CELLS_ACROSS
 
 
 def range_of(model: Model, camera: Camera, size_px: float) -> float:

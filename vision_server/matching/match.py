@@ -1,4 +1,4 @@
-"""What every matcher takes and gives."""
+"""What every matcher takes and gives: segments, a model, a seed pose or what is known without; hypotheses."""
 
 from __future__ import annotations
 
@@ -13,16 +13,13 @@ from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from numerics.arrays import Flags, Floats
 from vision_server.matching.views import Views
 
-VIEW_DEG = 50.0  # around a direction of view that is told; chosen by hand
+TOLD_VIEW_DEG = 50.0  # around a direction of view that is told; chosen by hand
 
-# Chosen by hand where nothing else is said.
-SAME_ROTATION_DEG = 2.0  # poses closer than this and ...
-SAME_TRANSLATION = 0.01  # ... than this fraction of the range are one
-
-LEAST_SEGMENT_PX, MOST_SEGMENT_PX = 7.0, 14.0  # bounds of the shortest segment that is used ...
-SEGMENT_SHARE = 0.1  # ... which is this share of the model's typical line in the image
-MOST_SEGMENTS = 5000  # the longest of more are used
-WORTH_REFINING = 0.5  # of the best hypothesis' score; right poses were seen down to 0.68 of a wrong one's
+SAME_ROTATION_DEG, SAME_TRANSLATION_SHARE = 2.0, 0.01  # of the range: closer poses are one (by hand)
+# Bounds of the shortest segment that is used, this share of the model's typical line in the image; of more
+# than so many the longest are used (by hand: see `long_enough`).
+LEAST_SEGMENT_PX, MOST_SEGMENT_PX, SEGMENT_SHARE, MOST_SEGMENTS = 7.0, 14.0, 0.1, 5000
+WORTH_REFINING_SHARE = 0.5  # of the best score; right poses were seen down to 0.68 of a wrong one's
 
 
 @dataclass(frozen=True)
@@ -71,7 +68,7 @@ class Anywhere:
         if self.view is None:
             return np.ones(direction.shape[:-1], dtype=bool)
         towards = np.array(self.view) / np.linalg.norm(self.view)
-        return np.asarray(direction @ towards >= np.cos(np.radians(VIEW_DEG)))
+        return np.asarray(direction @ towards >= np.cos(np.radians(TOLD_VIEW_DEG)))
 
     def allows(self, pose: Pose, middle: Floats) -> bool:
         """Whether a pose shows a target of this middle (3,), in its frame, from where it may be seen."""
@@ -171,9 +168,7 @@ def matching_problem(
     return Problem(segments[long_enough(segments, views.typical_line_px(seed_pose))], views, camera.ideal)
 
 
-def long_enough(
-    segments: Floats, typical_line_px: float, least_px: float = LEAST_SEGMENT_PX
-) -> Flags:
+def long_enough(segments: Floats, typical_line_px: float, least_px: float = LEAST_SEGMENT_PX) -> Flags:
     """Which segments (N, 4) are worth matching with a model whose typical line is that long in the image.
 
     Neither all segments nor only the long ones do best: short ones are clutter, but a small target has only
@@ -188,7 +183,7 @@ def long_enough(
 
 
 def distinct(rotations: Floats, translations: Floats, scores: Floats, count: int) -> list[int]:
-    """Indices of the best `count` poses, none of them the same pose as a better one."""
+    """Indices of the `count` best of poses (N, 3, 3), (N, 3) by scores (N,), none as a better one is."""
     kept: list[int] = []
     for i in np.argsort(-scores, kind="stable").tolist():
         if len(kept) == count or scores[i] == -np.inf:
@@ -201,7 +196,7 @@ def distinct(rotations: Floats, translations: Floats, scores: Floats, count: int
 def worth_refining(found: list[Hypothesis]) -> list[Pose]:
     """Those that come near the best one's score; costs (negative scores) are not comparable so far."""
     best = max((one.score for one in found), default=0.0)
-    return [one.pose for one in found if best <= 0.0 or one.score >= WORTH_REFINING * best]
+    return [one.pose for one in found if best <= 0.0 or one.score >= WORTH_REFINING_SHARE * best]
 
 
 def _same(rotations: Floats, translations: Floats, i: int, j: int) -> bool:
@@ -209,4 +204,4 @@ def _same(rotations: Floats, translations: Floats, i: int, j: int) -> bool:
     if cosine < np.cos(np.radians(SAME_ROTATION_DEG)):
         return False
     apart = float(np.linalg.norm(translations[i] - translations[j]))
-    return apart <= SAME_TRANSLATION * float(np.linalg.norm(translations[j]))
+    return apart <= SAME_TRANSLATION_SHARE * float(np.linalg.norm(translations[j]))

@@ -19,13 +19,12 @@ from numerics.kernels import kernel
 
 Labels = NDArray[np.int16]
 
-# Chosen by hand where nothing else is said.
-BINS = 8  # over 180°
-OVERLAP = 0.5  # a segment also enters a bin from which it is off by this fraction of a bin
-CELL_PX = 2.0  # chosen by hand
+AXIS_BINS = 8  # over 180°, by hand: `bin_of` and TAN_22_5 are written for these
+BIN_OVERLAP = 0.5  # a segment also enters a bin from which it is off by this fraction of a bin
+CELL_PX = 2.0  # by hand: distances are taken to segments, half the size has four times as many
 NO_SEGMENT = -1
-GAIN_REACH_PX = 24.0
-PIECE_PX = 8.0  # of a segment, that lines of a pose can lie on once
+GAIN_REACH_PX = 24.0  # from which an edge counts in the scores of drawn poses (by hand)
+PIECE_PX = 8.0  # of a segment, that lines of a pose can lie on once (by hand)
 TAN_22_5 = math.sqrt(2.0) - 1.0
 
 
@@ -34,9 +33,9 @@ class NearestEdges(NamedTuple):
 
     Attributes
     ----------
-    label : (BINS, h, w) int16, segment index, NO_SEGMENT where a bin is empty; cells of CELL_PX.
-    gain : (BINS, h, w) uint8, 255 · max(0, 1 − d/GAIN_REACH_PX) with d the distance in the grid; for scores
-        where a pixel does not matter.
+    label : (AXIS_BINS, h, w) int16, segment index, NO_SEGMENT where a bin is empty; cells of CELL_PX.
+    gain : (AXIS_BINS, h, w) uint8, 255 · max(0, 1 − d/GAIN_REACH_PX) with d the distance in
+        the grid; for scores where a pixel does not matter.
     segments : (N, 6) float64, first end x, y, unit direction x, y, length px, direction rad.
     first_piece : (N + 1,) int64, number of the first piece of each segment; last, how many there are.
     size : (2,) float64, width and height of the image, px.
@@ -60,7 +59,7 @@ def nearest_edges(segments: Floats, camera: Camera) -> NearestEdges:
     painted = _paint(table, np.argsort(length, kind="stable"), height, width)  # long ones on top
     label = np.full(painted.shape, NO_SEGMENT, dtype=np.int16)
     gain = np.zeros(painted.shape, dtype=np.uint8)
-    for bin_ in range(BINS):
+    for bin_ in range(AXIS_BINS):
         if (painted[bin_] != NO_SEGMENT).any():
             distance, label[bin_] = distance_transform(painted[bin_])
             gain[bin_] = cv2.convertScaleAbs(
@@ -97,14 +96,14 @@ def distance_transform(painted: Labels) -> tuple[Field, Labels]:
 @kernel()
 def _paint(table: Floats, order: Ints, height: int, width: int) -> NDArray[np.int16]:
     """Segments drawn into the cells of the bins they belong to; where two meet, the later in order stays."""
-    out = np.full((BINS, height, width), NO_SEGMENT, dtype=np.int16)
+    out = np.full((AXIS_BINS, height, width), NO_SEGMENT, dtype=np.int16)
     for i in order:
-        position = table[i, 5] / math.pi * BINS
+        position = table[i, 5] / math.pi * AXIS_BINS
         count = max(2, int(table[i, 4] / CELL_PX * 2.0) + 1)
-        for bin_ in range(BINS):
+        for bin_ in range(AXIS_BINS):
             off = abs(position - (bin_ + 0.5))
-            off = min(off, BINS - off)
-            if off > 0.5 + OVERLAP:
+            off = min(off, AXIS_BINS - off)
+            if off > 0.5 + BIN_OVERLAP:
                 continue
             for k in range(count):
                 along = table[i, 4] * k / (count - 1)
@@ -117,7 +116,7 @@ def _paint(table: Floats, order: Ints, height: int, width: int) -> NDArray[np.in
 
 @kernel()
 def bin_of(dx: float, dy: float) -> int:
-    """Bin of an axial direction: floor(angle / (180° / BINS)), by comparing with the bins' borders."""
+    """Bin of an axial direction: floor(angle / (180° / AXIS_BINS)), by comparing with their borders."""
     if dy < 0.0:
         dx, dy = -dx, -dy
     side = 0 if dx > 0.0 else 4
@@ -130,7 +129,7 @@ def bin_of(dx: float, dy: float) -> int:
 
 @kernel()
 def offset(segments: Floats, segment: int, x: float, y: float) -> tuple[float, float]:
-    """Signed distance of a point to a segment's line, and distance to the segment itself, px."""
+    """Signed distance of a point to the line of one of segments (N, 6), and distance to itself, px."""
     px, py = x - segments[segment, 0], y - segments[segment, 1]
     along = px * segments[segment, 2] + py * segments[segment, 3]
     across = py * segments[segment, 2] - px * segments[segment, 3]

@@ -1,4 +1,8 @@
-"""The default matcher: quasi-random poses, scored, aligned with the edges (ICP), scored again."""
+"""The default matcher: quasi-random poses, scored, aligned with the edges (ICP), scored again.
+
+In go segments, a model and a seed pose; out come the few distinct poses that the segments support best. Each
+stage looks at fewer poses more closely (`Effort`), so that of thousands a hundred are aligned.
+"""
 
 from __future__ import annotations
 
@@ -31,17 +35,12 @@ from vision_server.matching.views import ViewTable, least_line_px, runs_of, spar
 
 MATCHED_PX = 640.0  # a target that is larger in the image is looked at as if it were so wide
 # Chosen by hand; `python -m benchmarks.matching_ablation` shows what the stages bring.
-FINISHED = 12
-MOST_HYPOTHESES = 5
-COARSE_SPACING_PX = 8.0
-SCREEN_EVERY = 3  # of these samples are looked at in the first screening
-FINE_SPACING_PX = 2.0
-FINAL_REACH_PX = 5.0
-FIRST_REACHES_PX = (30.0, 20.0)
-KEPT_REACHES_PX = (12.0, 6.0)
-FINISH_REACHES_PX = (6.0, 4.0, 3.0)
-ALIGN_ITERATIONS = 3
-FINISH_ITERATIONS = 2
+FINISHED, MOST_HYPOTHESES = 12, 5  # distinct poses that are aligned to the end, and that are told
+COARSE_SPACING_PX, FINE_SPACING_PX = 8.0, 2.0  # of samples, of poses by the thousand and of the last ones
+SCREEN_EVERY = 3  # of the coarse samples are looked at in the first screening
+FIRST_REACHES_PX, KEPT_REACHES_PX = (30.0, 20.0), (12.0, 6.0)  # from poses of the draws, and of those kept
+FINISH_REACHES_PX, FINAL_REACH_PX = (6.0, 4.0, 3.0), 5.0  # of the last ones, and of scores
+ALIGN_ITERATIONS, FINISH_ITERATIONS = 3, 2  # at each reach
 
 
 @dataclass(frozen=True)
@@ -121,7 +120,7 @@ def _searched(
 def match_near(
     segments: Floats, camera: Camera, seed: int, models: Sequence[Model], pose: Pose
 ) -> list[list[tuple[float, Pose]]]:
-    """Find, with little effort, where each of some models of one size fits near a pose.
+    """Find, with little effort, where each of some models of one size fits segments (N, 4) near a pose.
 
     Returns
     -------
@@ -148,7 +147,7 @@ def size_px(model: Model, camera: Camera, pose: Pose) -> float:
 
 
 def best_of(poses: tuple[Floats, Floats], scores: Floats, count: int) -> tuple[Floats, Floats]:
-    """So many of the poses, best first; copies."""
+    """So many of the poses (N, 3, 3), (N, 3), best first by scores (N,); copies."""
     best = np.argsort(-scores, kind="stable")[:count]
     return poses[0][best], poses[1][best]
 
@@ -231,7 +230,7 @@ def exact_view(
     bounds: Floats,
     min_line_px: float,
 ) -> ViewTable:
-    """The one view from just this pose, at fine spacing."""
+    """The one view from just this pose (3, 3), (3,), at fine spacing; the rest as of `trace`."""
     seen = trace(
         solid, rotation, translation, intrinsics, bounds, FINE_SPACING_PX, FINE_SPACING_PX, min_line_px
     )

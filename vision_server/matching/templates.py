@@ -24,20 +24,18 @@ from geometry.model import Model
 from numerics.arrays import Floats, Grey, Ints
 from numerics.kernels import kernel
 from numerics.two_cores import cores
-from vision_server.matching.looks import POINTS, Look, Looks, cell_px_of, range_of
+from vision_server.matching.looks import LOOK_POINTS, Look, Looks, cell_px_of, range_of
 from vision_server.matching.match import Anywhere
-from vision_server.matching.nearest_edges import BINS, CELL_PX, GAIN_REACH_PX, nearest_edges
+from vision_server.matching.nearest_edges import AXIS_BINS, CELL_PX, GAIN_REACH_PX, nearest_edges
 
 Offsets = NDArray[np.int16]
 Bytes = Grey
 
-# Chosen by hand where nothing else is said.
-ROLLS = 30  # each look is turned by 12 degrees about the line of sight
-LARGEST, SMALLEST = 1.3, 0.18  # the target's diameter, over the smaller side of the frame
-SIZE_STEP = 1.2  # at most
-SIZES_A_GRID = 4  # sizes that share one grid of cells
+ROLLS = 30  # each look is turned by 12 degrees about the line of sight (by hand: time is in proportion)
+LARGEST_SIZE_SHARE, SMALLEST_SIZE_SHARE = 1.3, 0.18  # the target's diameter, over the frame's smaller side
+MOST_SIZE_RATIO, SIZES_A_GRID = 1.2, 4  # from one size to the next; sizes that share one grid of cells
 REACH_CELLS = 3.0  # an edge this far from a template's point is worth nothing to it
-FEWEST_POINTS = 8
+FEWEST_TEMPLATE_POINTS = 8  # of a look: fewer lie on many an edge
 
 
 class Templates(NamedTuple):
@@ -69,10 +67,10 @@ class Candidates:
 def sizes_px(camera: Camera, diameter: float, anywhere: Anywhere) -> list[Floats]:
     """Diameters of the target in the image that are tried, px, largest first, those that share a grid."""
     side = min(camera.width, camera.height)
-    largest, smallest = LARGEST * side, SMALLEST * side
+    largest, smallest = LARGEST_SIZE_SHARE * side, SMALLEST_SIZE_SHARE * side
     if anywhere.range_m is not None:
         largest, smallest = (diameter * camera.fx / range_m for range_m in anywhere.range_m)
-    count = 1 + math.ceil(math.log(largest / smallest) / math.log(SIZE_STEP))
+    count = 1 + math.ceil(math.log(largest / smallest) / math.log(MOST_SIZE_RATIO))
     return np.array_split(np.geomspace(largest, smallest, count), max(1, round(count / SIZES_A_GRID)))
 
 
@@ -102,7 +100,7 @@ def candidates(
 
 
 def gains(segments: Floats, camera: Camera, cell_px: float) -> Bytes:
-    """How near the next edge of like direction is, (BINS, h, w) uint8: 255 on it, 0 REACH_CELLS away."""
+    """How near the next edge of like direction is, (AXIS_BINS, h, w): 255 on it, 0 REACH_CELLS away."""
     scale = CELL_PX / cell_px
     small = Camera(
         max(1, math.ceil(camera.width * scale)), max(1, math.ceil(camera.height * scale)), 1.0, 1.0, 0.0, 0.0
@@ -129,10 +127,10 @@ def _at_size(
 def templates(seen: Sequence[Look], camera: Camera, distance: float, cell_px: float) -> Templates:
     """Each look at each roll, as seen from a distance."""
     total = len(seen) * ROLLS
-    offset, bins = np.zeros((total, POINTS, 2), np.int16), np.zeros((total, POINTS), np.int16)
+    offset, bins = np.zeros((total, LOOK_POINTS, 2), np.int16), np.zeros((total, LOOK_POINTS), np.int16)
     count, length = np.zeros(total, np.int64), np.zeros(total)
     for number, look in enumerate(seen):
-        if len(look.points) < FEWEST_POINTS:
+        if len(look.points) < FEWEST_TEMPLATE_POINTS:
             continue
         own = slice(number * ROLLS, (number + 1) * ROLLS)
         _lay(look.points, look.along, distance, camera.fx / cell_px, offset[own], bins[own])
@@ -157,7 +155,7 @@ def _lay(
         for r in range(len(offset)):
             offset[r, p, 0] = round(cells * (sine[r] * x + cosine[r] * y))
             offset[r, p, 1] = round(cells * (cosine[r] * x - sine[r] * y))
-            bins[r, p] = min(int((angle + rolls[r]) % math.pi * (BINS / math.pi)), BINS - 1)
+            bins[r, p] = min(int((angle + rolls[r]) % math.pi * (AXIS_BINS / math.pi)), AXIS_BINS - 1)
 
 
 def _poses(
@@ -229,7 +227,7 @@ def vote(gain: Bytes, offset: Offsets, bins: Offsets, count: Ints, length: Float
 
 @kernel(nogil=True)
 def _of_each_parity(gain: Bytes, stride: int, before: int, size: int) -> tuple[Bytes, Floats]:
-    """The cells of each parity apart, (BINS, 4, size), and the mean of each bin, (BINS,).
+    """The cells of each parity apart, (AXIS_BINS, 4, size), and the mean of each bin, (AXIS_BINS,).
 
     So neighbours among the places are neighbours in memory; with as many more columns after each row, and
     rows above and below, as the templates reach, a shift is one number. Outside of the image is what chance

@@ -24,20 +24,17 @@ from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from numerics.two_cores import both
 
-# Chosen by hand where nothing else is said.
-CELLS_ACROSS = 11  # cells of directions, across each side of a cube around the model; odd
-CELL_DEG = 90.0 / CELLS_ACROSS  # width of one
-UNBOUNDED_PX = 1e9
-MOST_LINES = 200  # or curves, that a search looks at
-SEEN_LINE_PX = (
-    14.0  # least length of their image: as fine a texture has hardly a segment; 10 found fewer poses
-)
-OUTLINE_STEP = 0.01  # of the diameter, between two points that tell an outline's direction
+VIEW_CELLS = 11  # cells of directions across each side of a cube around the model, odd (by hand)
+VIEW_CELL_DEG = 90.0 / VIEW_CELLS  # width of one
+UNBOUNDED_PX = 1e9  # of a view, that the frame does not cut
+MOST_SEARCHED_CURVES = 200  # lines and curves of a search (by hand): more make it slower, not better
+LEAST_SEARCHED_LINE_PX = 14.0  # of so many: as fine a texture has hardly a segment; 10 found fewer poses
+TANGENT_STEP_SHARE = 0.01  # of the diameter, between two points that tell an outline's direction
 
 
 @lru_cache(maxsize=8)
 def sparse_solid(model: Model) -> Solid:
-    """The model with its longest curves only, MOST_LINES of them, arcs made straight; outlines all stay.
+    """The model with its longest MOST_SEARCHED_CURVES, arcs made straight; outlines all stay.
 
     Everything still hides what is behind it. More lines make a search slower, not better.
     """
@@ -46,7 +43,7 @@ def sparse_solid(model: Model) -> Solid:
     arcs, alone = chords(model)
     line = np.concatenate([alone, arcs[:, 0]])
     ends = np.concatenate([solid.lines[alone], arcs[:, 1:]])
-    kept = longest_chains(model.vertices, ends, solid.smooth[line], solid.chain[line], MOST_LINES)
+    kept = longest_chains(model.vertices, ends, solid.smooth[line], solid.chain[line], MOST_SEARCHED_CURVES)
     line = line[kept]
     leader = np.arange(len(line))
     return solid._replace(
@@ -62,13 +59,13 @@ def sparse_solid(model: Model) -> Solid:
 
 @lru_cache(maxsize=8)
 def least_line_px(model: Model) -> float:
-    """Lines and chains that are shorter in the image are left out: of a model with MOST_LINES, SEEN_LINE_PX.
+    """Lines and chains that are shorter in the image are left out: longer ones of a model of very many.
 
     They would be missed by the right pose, of which most are seen, and not by a wrong one that shows few.
     """
     solid = sparse_solid(model)
-    many = len(np.unique(solid.chain[~solid.smooth])) >= MOST_LINES
-    return SEEN_LINE_PX if many else MIN_LINE_PX
+    many = len(np.unique(solid.chain[~solid.smooth])) >= MOST_SEARCHED_CURVES
+    return LEAST_SEARCHED_LINE_PX if many else MIN_LINE_PX
 
 
 class ViewTable(NamedTuple):
@@ -102,7 +99,7 @@ class Views:
         centre = -(seed.matrix.T @ seed.translation) - self._middle
         self._range = float(np.linalg.norm(centre))
         self._frame = frame_towards(centre / self._range)
-        self._view_of = np.full(6 * CELLS_ACROSS**2, -1, dtype=np.int64)
+        self._view_of = np.full(6 * VIEW_CELLS**2, -1, dtype=np.int64)
         self._parts: list[tuple[Ints, Floats, Floats, Floats]] = []  # runs: starts and ends; points, px
         self._table: ViewTable | None = None
 
@@ -190,7 +187,7 @@ def cells_of(rotations: Floats, translations: Floats, middle: Floats, frame: Flo
 
     The cube stands in ``frame``, whose third axis goes through the middle of a cell.
     """
-    step = math.radians(CELL_DEG)
+    step = math.radians(VIEW_CELL_DEG)
     out = np.empty(len(rotations), dtype=np.int64)
     centre, towards = np.empty(3), np.empty(3)
     for i in range(len(rotations)):
@@ -203,17 +200,17 @@ def cells_of(rotations: Floats, translations: Floats, middle: Floats, frame: Flo
         axis = int(np.argmax(np.abs(towards)))
         ahead, u, v = abs(towards[axis]), towards[(axis + 1) % 3], towards[(axis + 2) % 3]
         side = 2 * axis + (towards[axis] < 0.0)
-        row = min(math.floor(math.atan2(u, ahead) / step + 0.5 * CELLS_ACROSS), CELLS_ACROSS - 1)
-        column = min(math.floor(math.atan2(v, ahead) / step + 0.5 * CELLS_ACROSS), CELLS_ACROSS - 1)
-        out[i] = (side * CELLS_ACROSS + row) * CELLS_ACROSS + column
+        row = min(math.floor(math.atan2(u, ahead) / step + 0.5 * VIEW_CELLS), VIEW_CELLS - 1)
+        column = min(math.floor(math.atan2(v, ahead) / step + 0.5 * VIEW_CELLS), VIEW_CELLS - 1)
+        out[i] = (side * VIEW_CELLS + row) * VIEW_CELLS + column
     return out
 
 
 @kernel()
 def middle_of_cell(cell: int, frame: Floats) -> Floats:
     """Unit direction (3,) of the middle of a cell, see `cells_of`."""
-    step, middle = math.radians(CELL_DEG), 0.5 * (CELLS_ACROSS - 1)
-    side, row, column = cell // CELLS_ACROSS**2, cell // CELLS_ACROSS % CELLS_ACROSS, cell % CELLS_ACROSS
+    step, middle = math.radians(VIEW_CELL_DEG), 0.5 * (VIEW_CELLS - 1)
+    side, row, column = (cell // VIEW_CELLS**2, cell // VIEW_CELLS % VIEW_CELLS, cell % VIEW_CELLS)
     axis = side // 2
     u, v = math.tan(step * (row - middle)), math.tan(step * (column - middle))
     length = math.sqrt(1.0 + u * u + v * v)
@@ -263,7 +260,7 @@ def runs_of(solid: Solid, seen: Trace) -> tuple[Ints, Floats]:
         for k in range(3):
             if seen.outline[i]:
                 ends[runs, 0, k] = seen.points[i, k]
-                ends[runs, 1, k] = seen.points[i, k] + OUTLINE_STEP * solid.diameter * seen.along[i, k]
+                ends[runs, 1, k] = seen.points[i, k] + TANGENT_STEP_SHARE * solid.diameter * seen.along[i, k]
             else:
                 ends[runs, 0, k] = solid.vertices[solid.lines[line, 0], k]
                 ends[runs, 1, k] = solid.vertices[solid.lines[line, 1], k]

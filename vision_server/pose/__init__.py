@@ -6,7 +6,7 @@ The way of an estimate, with what each step makes of a pose (`vision_server.pipe
    seed pose, `all_sides.of_most_evidence` at first sight. Both also try what a small step does not lead to:
    turns about the axis of a round part (`spun`), near symmetries, and poses beside (`hypotheses`). Each makes
    a `Refined`. One refinement (`refinement`) repeats: where the visible lines are (`observation`), which edge
-   points are theirs (`edge_search`, `association`), what these count (`weights`), the step (`solver`).
+   points are theirs (`edge_points`, `association`), what these count (`weights`), the step (`solver`).
 2. `likely` at first sight, `rivals.likeliest_first` otherwise: which of them goes first.
 3. The last step (`settling`): lines as wholes (`courses`), most off by little and a few by much. It makes a
    `Settled`, with the covariance, and how well the lines agree. Tracking fits whole lines in its own way,

@@ -17,34 +17,32 @@ from geometry.turns import (
     round_axes,
     spin_rad,
 )
-from vision_server.pose.detail import fewer_lines
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.other_hand import Matcher
 from vision_server.pose.places import A_PART_NATS, apart
 from vision_server.pose.ranking import (
-    COARSE_REACHES_PX,
-    COARSER,
-    NEAR,
-    ROUGHLY_NATS,
-    TURNED_LACK,
+    COARSE_LACK_NATS,
+    COARSENING,
+    ONE_BASIN,
+    TURNED_LACK_NATS,
     Refined,
-    add_beside,
-    add_refined,
     best_first,
+    fewer_lines,
     finished,
+    led_to,
     of_all_lines,
-    refined,
     roughly,
+    with_beside,
 )
 from vision_server.pose.spun import spun
 from vision_server.pose.support import evidence_at, support_at
 
-SIDES, APART_DEG = 3, 20.0  # poses beside which others are looked for; chosen by hand
-LOOKS_TURNED, MOST_TURNED = 2, 12  # looks that are turned; turns of each that are refined
-ONE_LOOK = (3.0, 0.005)  # degrees, share of the range, between poses that a near symmetry makes one look
+SIDES, SIDE_DEG = 3, 20.0  # poses beside which others are looked for, and how far apart (by hand)
+LOOKS_TURNED, MOST_TURNS_A_LOOK = 2, 12  # looks that are turned; turns of each that are refined (by hand)
+ONE_LOOK_WITHIN = (3.0, 0.005)  # degrees, share of the range: poses that a near symmetry makes one look
 # Where first sight lost a pose its best had 2 nats; the hypothesis, 3 % of the range off, was third; the pose
-# had 260. Chosen by hand: of 60 photographs of drawn parts none changes its answer.
-CONVINCING_NATS, MATCHED_AGAIN, OF_EACH = 40.0, 5, 2
+# had 260. Of 60 photographs of drawn parts none changes its answer by matching again under this evidence.
+CONVINCING_NATS, MATCHED_AGAIN_STARTS, POSES_A_MATCH = 40.0, 5, 2
 
 
 def of_most_evidence(
@@ -64,11 +62,10 @@ def of_most_evidence(
     found = best_first(problem, ordered, looked_at, spin_rad(problem.model))
     found.sort(key=_evidence, reverse=True)
     if not found or _evidence(found[0]) < CONVINCING_NATS:
-        _add_matched_again(problem, found, ordered[:MATCHED_AGAIN], match)
+        found = _with_matched_again(problem, found, ordered[:MATCHED_AGAIN_STARTS], match)
     for side in _sides(found):
-        beside = [side]
-        add_beside(beside)
-        found += [one for one in beside if not any(known.ends_at(one.pose, NEAR) for known in found)]
+        beside = with_beside([side])
+        found += [one for one in beside if not any(known.ends_at(one.pose, ONE_BASIN) for known in found)]
     out = [one for place in _by_place(problem, found) for one in _turned_at(problem, place, turns)]
     return sorted(out, key=_evidence, reverse=True)
 
@@ -91,33 +88,32 @@ def _by_place(problem: PoseProblem, found: Sequence[Refined]) -> list[list[Refin
 
 def _turned_at(problem: PoseProblem, found: list[Refined], turns: Sequence[Pose]) -> list[Refined]:
     """Poses at one place, the best of them finished, with what these lead to when they are turned."""
-    least = _evidence(found[0]) - ROUGHLY_NATS
+    least = _evidence(found[0]) - COARSE_LACK_NATS
     found = [finished(one) if _evidence(one) >= least else one for one in found]
-    found.sort(key=_evidence, reverse=True)
-    _add_other_sides(problem, found)
+    found = _with_other_sides(problem, sorted(found, key=_evidence, reverse=True))
     looks = [found[index] for index in _firsts_of_looks([one.pose for one in found], turns)[:LOOKS_TURNED]]
     for look in looks:
         if _evidence(look) >= _evidence(looks[0]) - CONVINCING_NATS:
             regular = right_turns(problem.model) if look is looks[0] else ()
-            _add_turned(found, look, (*turns, *half_turns(problem.model)), regular)
+            found = _with_turned(found, look, (*turns, *half_turns(problem.model)), regular)
     return found
 
 
-def _add_matched_again(
-    problem: PoseProblem, found: list[Refined], starts: Sequence[Pose], match: Matcher
-) -> None:
-    """Add what is found near the hypotheses when they are matched once more, each seen from just there.
+def _with_matched_again(
+    problem: PoseProblem, known: Sequence[Refined], starts: Sequence[Pose], match: Matcher
+) -> list[Refined]:
+    """Poses with what is found near hypotheses that are matched once more, each seen from just there.
 
     A first sight's views are coarse: a hypothesis may be some percent of the range off, which a fit to edges
     does not bridge where the part has many lines beside each other.
     """
-    sparse = fewer_lines(problem)
+    found, sparse = list(known), fewer_lines(problem)
     for start in starts:
-        for _, pose in match([problem.model], start)[0][:OF_EACH]:
+        for _, pose in match([problem.model], start)[0][:POSES_A_MATCH]:
             rough = roughly(sparse, pose, found)
             if rough is not None:
                 found.append(rough if sparse is problem else of_all_lines(rough, problem))
-    found.sort(key=_evidence, reverse=True)
+    return sorted(found, key=_evidence, reverse=True)
 
 
 def _firsts_of_looks(poses: Sequence[Pose], turns: Sequence[Pose]) -> list[int]:
@@ -127,7 +123,7 @@ def _firsts_of_looks(poses: Sequence[Pose], turns: Sequence[Pose]) -> list[int]:
     shift = np.array([np.zeros(3), *(one.translation for one in turns)])
     rotations, translations = np.empty((0, 3, 3)), np.empty((0, 3))  # of the firsts, turned
     for index, pose in enumerate(poses):
-        if not near(rotations, translations, pose, *ONE_LOOK).any():
+        if not near(rotations, translations, pose, *ONE_LOOK_WITHIN).any():
             firsts.append(index)
             rotations = np.concatenate([rotations, pose.matrix @ turn])
             translations = np.concatenate([translations, pose.apply(shift)])
@@ -138,7 +134,7 @@ def _sides(found: Sequence[Refined]) -> list[Refined]:
     """The first few of them that see the target from different sides."""
     out: list[Refined] = []
     for one in found:
-        if len(out) < SIDES and all(one.pose.error_to(other.pose).rotation_deg > APART_DEG for other in out):
+        if len(out) < SIDES and all(one.pose.error_to(other.pose).rotation_deg > SIDE_DEG for other in out):
             out.append(one)
     if found and _evidence(found[0]) < 0.0:  # of bad fits a pose as small as a speck misses least
         most = max(found, key=lambda one: one.support.supported_fraction)
@@ -150,39 +146,39 @@ def _evidence(one: Refined) -> float:
     return one.support.evidence_together
 
 
-def _add_other_sides(problem: PoseProblem, found: list[Refined]) -> None:
-    """Add what the first pose of a nearly round target leads to when its rim is seen from the other sides.
+def _with_other_sides(problem: PoseProblem, known: Sequence[Refined]) -> list[Refined]:
+    """Poses with what the first of a nearly round target leads to when its rim is seen from other sides.
 
     A rim is the same ellipse from before and behind, and tilted the other way; only what is small about it
     tells, and a search that is led by the rim may have come from one side alone.
     """
-    sparse = fewer_lines(problem)
-    for first in found[:1]:
-        for axis, centre in round_axes(problem.model):
-            for start in other_sides(first.pose, axis, rim_middle(problem.model, axis, centre)):
-                rough = roughly(sparse, start, found)
-                if rough is None:
-                    continue
-                beside = [rough]
-                coarse_px, reach_rad = COARSER * rough.spacing_px, spin_rad(problem.model)
-                for pose in spun(rough.problem, rough.pose, coarse_px, reach_rad):
-                    add_refined(beside, rough, pose)
-                best = max(beside, key=_evidence)
-                if sparse is not problem:
-                    best = of_all_lines(best, problem)
-                least = _evidence(found[0]) - ROUGHLY_NATS
-                found.append(finished(best) if _evidence(best) >= least else best)
-    found.sort(key=_evidence, reverse=True)
+    found, sparse = list(known), fewer_lines(problem)
+    for axis, centre in round_axes(problem.model) if known else ():
+        for start in other_sides(known[0].pose, axis, rim_middle(problem.model, axis, centre)):
+            rough = roughly(sparse, start, found)
+            if rough is None:
+                continue
+            coarse_px, reach_rad = COARSENING * rough.spacing_px, spin_rad(problem.model)
+            starts = spun(rough.problem, rough.pose, coarse_px, reach_rad)
+            best = max([rough, *led_to(rough, starts, [rough])], key=_evidence)
+            if sparse is not problem:
+                best = of_all_lines(best, problem)
+            least = _evidence(found[0]) - COARSE_LACK_NATS
+            found.append(finished(best) if _evidence(best) >= least else best)
+    return sorted(found, key=_evidence, reverse=True)
 
 
-def _add_turned(found: list[Refined], first: Refined, turns: Sequence[Pose], regular: Sequence[Pose]) -> None:
-    """Add a pose turned by what nearly brings the target back onto itself, or regular parts of it.
+def _with_turned(
+    known: Sequence[Refined], first: Refined, turns: Sequence[Pose], regular: Sequence[Pose]
+) -> list[Refined]:
+    """Poses with one turned by what nearly brings the target back onto itself, or regular parts of it.
 
     From behind, a target often looks the same turned so. Of many turns those are refined that fit best; more
     that fit as well as the pose, as a gear's do whose key seat is not seen, are taken as they are. Of
     ``regular`` ones, as of the nut that a pipe's branch stands beside, those that fit nearly as well.
     """
-    sparse, coarse_px = fewer_lines(first.problem), COARSER * first.spacing_px
+    found, sparse = list(known), fewer_lines(first.problem)
+    coarse_px = COARSENING * first.spacing_px
 
     def seen_turned(by: Sequence[Pose]) -> list[tuple[float, Pose]]:
         starts = [first.pose.compose(turn) for turn in by]
@@ -190,15 +186,15 @@ def _add_turned(found: list[Refined], first: Refined, turns: Sequence[Pose], reg
 
     itself = evidence_at(sparse, first.pose, coarse_px)
     others = seen_turned([turn for turn in regular if turn not in turns])
-    seen = seen_turned(turns) + [one for one in others if one[0] > itself - TURNED_LACK]
+    seen = seen_turned(turns) + [one for one in others if one[0] > itself - TURNED_LACK_NATS]
     seen.sort(key=lambda one: -one[0])
-    alike, least = itself - ROUGHLY_NATS, _evidence(found[0]) - ROUGHLY_NATS
+    alike, least = itself - COARSE_LACK_NATS, _evidence(found[0]) - COARSE_LACK_NATS
     for number, (evidence, start) in enumerate(seen):
-        if number < MOST_TURNED:
-            other = refined(first.problem, start, COARSE_REACHES_PX, first.spacing_px, COARSER, known=found)
-            if other is not None:
+        if number < MOST_TURNS_A_LOOK:
+            for other in led_to(first, [start], found):
                 found.append(finished(other) if _evidence(other) >= least else other)
-        elif evidence >= alike and not any(known.ends_at(start, NEAR) for known in found):
+        elif evidence >= alike and not any(one.ends_at(start, ONE_BASIN) for one in found):
             support = support_at(first.problem, start, first.spacing_px)
             if support is not None:
                 found.append(replace(first, solution=replace(first.solution, pose=start), support=support))
+    return found

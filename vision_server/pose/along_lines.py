@@ -11,9 +11,9 @@ from geometry.visibility import Samples
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 
-# Chosen by hand where nothing else is said.
-ALONG_COSINE = 0.9  # lines that cross at more than about 25 degrees do not run along each other
-STRAIGHT_PX = 0.3  # arcs that are bowed by less are straight
+# By hand: a wider angle lets lines that only cross take each other's edge points.
+ALONG_COSINE = 0.9  # of the angle between lines that run along each other: about 25 degrees at most
+STRAIGHT_BOW_PX = 0.3  # arcs that are bowed by less are taken for straight, which is quicker (by hand)
 
 
 class Courses(NamedTuple):
@@ -109,7 +109,7 @@ def _apart(samples: Samples, ends: Ints, along: Floats, mine: int, other: int, n
         dx, dy = image[i, 0] - image[a, 0], image[i, 1] - image[a, 1]
         sides[k] = dx * along[other, 1] - dy * along[other, 0]
     least = min(abs(sides[0]), abs(sides[1])) if sides[0] * sides[1] > 0.0 else 0.0
-    return bool(least > near_px + 2.0 * STRAIGHT_PX)
+    return bool(least > near_px + 2.0 * STRAIGHT_BOW_PX)
 
 
 @kernel()
@@ -132,7 +132,7 @@ def line_courses(samples: Samples, near_px: Floats) -> Courses:
             for i in range(first + 1, last):
                 x, y = image[i, 0] - image[first, 0], image[i, 1] - image[first, 1]
                 bow[m] = max(bow[m], abs(x * along[m, 1] - y * along[m, 0]))
-            if bow[m] < STRAIGHT_PX:
+            if bow[m] < STRAIGHT_BOW_PX:
                 bow[m] = 0.0
     box = _boxes(line, image, ends)
     pairs, count = _near_pairs(np.flatnonzero(ends[:, 0] >= 0), box, near_px), 0

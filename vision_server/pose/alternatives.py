@@ -1,4 +1,4 @@
-"""Which poses an estimate tells, and the chance of each: rivals that were found, and exact symmetries."""
+"""Which poses an estimate tells, and the chance of each; a symmetry's images are one answer, or share it."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ from numerics.arrays import Flags, Floats
 from vision_server.pose.places import as_rival
 from vision_server.pose.trust import RIVAL_NATS
 
-# Chosen by hand where nothing else is said.
-SAME = (3.0, 0.03)  # degrees, share of the range: poses that are one, or images of one another by a symmetry
-LEAST_CHANCE = 0.01  # of a pose that is listed, or, if less, ...
-OF_EVEN_SHARE = 0.1  # ... of what each would have if all that are likely had the same, as a gear's turns
+# Chosen by hand: three times what makes a pose wrong, so that two fits of one look are told as one.
+EQUIVALENT_WITHIN = (3.0, 0.03)  # degrees, share of the range: one pose, or its image by a symmetry
+# A pose is listed from this chance on; or, if less, from this share of what each would have if all that are
+# likely had the same, as a gear's turns have (by hand).
+LEAST_LISTED_CHANCE, LEAST_OF_EVEN_CHANCE = 0.01, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,13 +31,13 @@ class PoseChance:
 
 
 def equivalent(one: Pose, other: Pose, symmetry: Symmetry) -> bool:
-    """Whether a symmetry of the target takes one pose to the other, within SAME."""
+    """Whether a symmetry of the target takes one pose to the other, within EQUIVALENT_WITHIN."""
     if symmetry.free_axis is None:
         turn = np.array([pose.matrix for pose in symmetry.turns]).reshape(-1, 3, 3)
         shift = np.array([pose.translation for pose in symmetry.turns]).reshape(-1, 3)
-        return bool(near(one.matrix @ turn, one.apply(shift), other, *SAME).any())
+        return bool(near(one.matrix @ turn, one.apply(shift), other, *EQUIVALENT_WITHIN).any())
     turned = (turned_towards(one.compose(turn), other, symmetry) for turn in symmetry.turns)
-    return any(pose.error_to(other).within(*SAME) for pose in turned)
+    return any(pose.error_to(other).within(*EQUIVALENT_WITHIN) for pose in turned)
 
 
 def image_of(one: Pose, other: Pose, symmetry: Symmetry) -> bool:
@@ -92,7 +93,7 @@ def listed(
         Whether an image of a pose may be, by what is known beforehand.
     """
     out = []
-    least = min(LEAST_CHANCE, OF_EVEN_SHARE / max(1, len(likely)))
+    least = min(LEAST_LISTED_CHANCE, LEAST_OF_EVEN_CHANCE / max(1, len(likely)))
     for pose, probability in likely:
         turned = [pose.compose(turn) for turn in symmetry.turns[1:]]
         images = [pose, *(image for image in turned if allowed(image))]

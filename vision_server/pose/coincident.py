@@ -19,8 +19,8 @@ from numerics.arrays import Flags, Floats
 from numerics.kernels import kernel
 from vision_server.pose.along_lines import ALONG_COSINE, beside, course_at, course_of, line_courses
 
-TOGETHER_PX = 1.0  # an edge point that supports one of two nearer lines supports both
-HALF_A_STEP = 0.5 + 1e-6  # of a sample, from the next one of a line that it lies on
+TOGETHER_PX = 1.0  # support's SUPPORT_PX: an edge point that supports one of two nearer lines supports both
+HALF_A_SAMPLE = 0.5 + 1e-6  # of a sample's length, from the next one of a line that it lies on
 
 
 class Told(NamedTuple):
@@ -62,7 +62,7 @@ def told_once(samples: Samples, lines: int, supported: Flags, reach_px: float = 
         for i in range(own_course.first, own_course.last + 1):
             x, y = image[i, 0], image[i, 1]
             apart, beyond, at = beside(image, direction, their, x, y)
-            if apart > reach_px or beyond > HALF_A_STEP * samples.px[i]:
+            if apart > reach_px or beyond > HALF_A_SAMPLE * samples.px[i]:
                 continue
             if apart > TOGETHER_PX:
                 dx, dy = image[at, 0] - x, image[at, 1] - y
@@ -95,5 +95,5 @@ def _on(samples: Samples, first: int, last: int, i: int) -> int:
     x, y = image[i, 0] - image[nearest, 0], image[i, 1] - image[nearest, 1]
     along, across = abs(x * ux + y * uy), abs(x * uy - y * ux)
     same_way = abs(ux * direction[i, 0] + uy * direction[i, 1]) >= ALONG_COSINE
-    step = HALF_A_STEP * max(samples.px[i], samples.px[nearest])
+    step = HALF_A_SAMPLE * max(samples.px[i], samples.px[nearest])
     return nearest if same_way and across <= TOGETHER_PX and along <= step else -1

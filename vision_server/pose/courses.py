@@ -15,23 +15,24 @@ import numpy as np
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.noise import MAD_TO_SD
+from vision_server.pose.covariance import LEAST_SCATTER_PX2
 from vision_server.pose.observation import Observation, PoseProblem
 from vision_server.pose.profiles import Place, moved_by_profiles
 from vision_server.pose.solver import SAMPLES_TOGETHER, TUKEY
 from vision_server.pose.weights import base_weights
 
-CLIPPED_SPREAD_PX = 0.4  # beside saturated pixels
-# Chosen by hand where nothing else is said.
-FEWEST = 2  # edge points of a line in a channel
-LEAST_CUT_PX, FIRST_CUT_PX = 0.55, 1.5  # an edge point farther from its line's own course is none of it
-STRAIGHTENED = 4  # times that the course is found
-FLAT_SHARE = 1e-3  # of its weight, that speaks for where the line was: a line seen as a point tells no turn
-LEAST_VARIANCE_PX2 = 0.02**2  # of edge points about their line's course
-UNKNOWNS, BLUR = 11, 8  # rotation, translation, two nuisances, the blur of outlines, two more
+CLIPPED_SPREAD_PX = 0.4  # of a line's place beside saturated pixels, one sd per px of softness
+FEWEST_COURSE_POINTS = 2  # edge points of a line in a channel that hold its place and turn
+# Chosen by hand: an edge point farther from its line's own course is none of it, at first and at least. At
+# first as far as `hough.choose` takes them, at least as far as `profiles` does, both on sharp edges.
+FIRST_COURSE_CUT_PX, LEAST_COURSE_CUT_PX = 1.5, 0.55
+COURSE_ITERATIONS = 4  # of reweighting; chosen by hand, as `solver.SOLVER_ITERATIONS` is
+COURSE_PRIOR_SHARE = 1e-3  # of its weight, that a line is where it was: one seen as a point tells no turn
+COURSE_UNKNOWNS, BLUR = 11, 8  # rotation, translation, two nuisances, outlines' blur, two more
 
 
 class Courses(NamedTuple):
-    """What each channel says of each line that it shows; M pairs of line and channel, K unknowns (UNKNOWNS).
+    """What each channel says of each line that it shows: M pairs of both, K = COURSE_UNKNOWNS.
 
     Attributes
     ----------
@@ -70,7 +71,7 @@ def courses_of(problem: PoseProblem, seen: Observation, more: Floats) -> Courses
     base = base_weights(seen, True)
     lines = 1 + int((np.diff(seen.samples.line) != 0).sum())
     room = len(base) * lines
-    place, motion, noise = (np.zeros((room, *of)) for of in ((2,), (2, UNKNOWNS), (2, 2)))
+    place, motion, noise = (np.zeros((room, *of)) for of in ((2,), (2, COURSE_UNKNOWNS), (2, 2)))
     spread, weight, beside = np.zeros(room), np.zeros(room), _Beside(*np.zeros((3, room)))
     line, channel = np.zeros(room, dtype=np.int64), np.zeros(room, dtype=np.int64)
     count = _read(seen, base, more, Courses(place, motion, noise, spread, weight, line, channel), beside)
@@ -121,7 +122,7 @@ def _is_course(
     """
     (c, start, end), (weight, residual, inverse) = where, fit
     total, scatter, clipped, beside, tolerance, found = 0.0, 0.0, 0.0, 0.0, 0.0, 0
-    pull, square, row = np.zeros((2, UNKNOWNS)), np.zeros((2, 2)), np.empty(UNKNOWNS)
+    pull, square, row = np.zeros((2, COURSE_UNKNOWNS)), np.zeros((2, 2)), np.empty(COURSE_UNKNOWNS)
     for i in range(start, end):
         w, t = weight[i - start], seen.along[i]
         if not w > 0.0:
@@ -138,10 +139,10 @@ def _is_course(
         square[0, 0] += w * w
         square[0, 1] += w * w * t
         square[1, 1] += w * w * t * t
-    if found < FEWEST:
+    if found < FEWEST_COURSE_POINTS:
         return False
     sigma = seen.sigma[c, seen.samples.line[start]]
-    variance = SAMPLES_TOGETHER * max(scatter / total, LEAST_VARIANCE_PX2)
+    variance = SAMPLES_TOGETHER * max(scatter / total, LEAST_SCATTER_PX2)
     square[1, 0] = square[0, 1]
     for k in range(2):
         out.motion[m, k] = inverse[k, 0] * pull[0] + inverse[k, 1] * pull[1]
@@ -164,8 +165,8 @@ def _straight(
     Weights, 0 for those that are none of it, and residuals, px, are output, N or more; ``room`` to work in.
     """
     inverse, course = np.zeros((2, 2)), np.zeros(2)
-    cut = FIRST_CUT_PX
-    for iteration in range(STRAIGHTENED):
+    cut = FIRST_COURSE_CUT_PX
+    for iteration in range(COURSE_ITERATIONS):
         total, first, second, level, slope = 0.0, 0.0, 0.0, 0.0, 0.0
         for i in range(len(along)):
             weight[i] = base[i]
@@ -179,7 +180,7 @@ def _straight(
                 slope += weight[i] * along[i] * offset[i]
         if not total > 0.0:
             return inverse, course
-        level_weight, turn_weight = total * (1.0 + FLAT_SHARE), second + total * FLAT_SHARE
+        level_weight, turn_weight = total * (1.0 + COURSE_PRIOR_SHARE), second + total * COURSE_PRIOR_SHARE
         determinant = level_weight * turn_weight - first * first
         inverse[0, 0], inverse[1, 1] = turn_weight / determinant, level_weight / determinant
         inverse[0, 1] = inverse[1, 0] = -first / determinant
@@ -191,5 +192,5 @@ def _straight(
                 residual[i] = offset[i] - course[0] - course[1] * along[i]
                 room[found] = abs(residual[i])
                 found += weight[i] > 0.0
-        cut = max(LEAST_CUT_PX, TUKEY * MAD_TO_SD * np.median(room[:found]))
+        cut = max(LEAST_COURSE_CUT_PX, TUKEY * MAD_TO_SD * np.median(room[:found]))
     return inverse, course

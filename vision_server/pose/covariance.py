@@ -1,5 +1,6 @@
 """Covariance of a refined pose, from the residuals of its edge points and how these hang together.
 
+A sandwich estimator (Huber, White) that allows for residuals that are alike along a line (Newey and West).
 Of a pose that has taken the last step the covariance is that of its lines as wholes: `settling`.
 """
 
@@ -13,14 +14,15 @@ from numerics.arrays import Floats, Ints
 from vision_server.pose.refinement import LINE_BIAS_PX, Solution, line_biases, prior_precision
 from vision_server.pose.solver import SAMPLES_TOGETHER
 
-# Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
-LAGS = 60  # samples over which residuals of one line may hang together
-POOLED_SHARE = 30.0  # samples that the pooled variance counts as, beside a line's own
+MOST_LAGS = 60  # chosen by hand: samples over which residuals of one line may hang together, 120 px and more
+# Chosen by hand: samples that the pooled variance counts as, beside a line's own. More make all lines alike,
+# fewer let a short line that fits by chance count for much.
+POOLED_SAMPLES = 30.0
 # Tukey's weights shrink the residuals that the variance is taken from, and cost the estimate a twentieth of
 # its efficiency; for Gaussian residuals the variance so found is 0.79 of the one that the formula asks for.
-TUKEY_SHRINKS = 0.79
-LEAST_VARIANCE_PX2 = 0.02**2
-DRAWS = 400  # of a pose from its covariance
+TUKEY_VARIANCE_RATIO = 0.79
+LEAST_SCATTER_PX2 = 0.02**2  # of edge points about their line: less is not believed (by hand)
+POSE_DRAWS = 400  # of a pose from its covariance: shares are known to 2.5 % of the whole
 
 
 def pose_covariance(solution: Solution) -> Floats:
@@ -83,9 +85,7 @@ def unknowns_of(
     return step, np.asarray(inverse @ (middle + SAMPLES_TOGETHER * pull_of_prior) @ inverse)
 
 
-def _without_biases(
-    jacobian: Floats, weight: Floats, bias: Floats, line: Ints
-) -> tuple[Floats, Floats]:
+def _without_biases(jacobian: Floats, weight: Floats, bias: Floats, line: Ints) -> tuple[Floats, Floats]:
     """Rows (N, 8) once each line's bias is eliminated, and what the biases leave in the estimate, (8, 8)."""
     first, number = _groups(line)
     pull = np.add.reduceat((weight * bias)[:, None] * jacobian, first)
@@ -104,20 +104,20 @@ def _groups(line: Ints) -> tuple[Ints, Ints]:
 
 def _line_variances(residual: Floats, weight: Floats, line: Ints) -> Floats:
     """Residual variance of each sample's line, px^2, shrunk towards that of all lines, (N,)."""
-    degrees = TUKEY_SHRINKS * max(0.2, 1.0 - 6.0 / len(residual))
+    degrees = TUKEY_VARIANCE_RATIO * max(0.2, 1.0 - 6.0 / len(residual))
     pooled = float(weight @ residual**2 / weight.sum()) / degrees
     first, number = _groups(line)
     own = np.add.reduceat(weight * residual**2, first) / np.add.reduceat(weight, first) / degrees
     count = np.bincount(number)
-    out = ((count * own + POOLED_SHARE * pooled) / (count + POOLED_SHARE))[number]
-    return np.asarray(np.maximum(out, LEAST_VARIANCE_PX2))
+    out = ((count * own + POOLED_SAMPLES * pooled) / (count + POOLED_SAMPLES))[number]
+    return np.asarray(np.maximum(out, LEAST_SCATTER_PX2))
 
 
 def _correlation_length(residual: Floats, line: Ints) -> float:
     """Number of neighbouring samples that are worth one independent one, from the pooled autocorrelation."""
     same = float(residual @ residual)
     length = 1.0
-    for lag in range(1, min(LAGS, len(residual) - 1)):
+    for lag in range(1, min(MOST_LAGS, len(residual) - 1)):
         pairs = line[lag:] == line[:-lag]
         if pairs.sum() < 20:
             break
@@ -132,7 +132,7 @@ def uncertainty(covariance: Floats, translation: Floats) -> float:
     """Largest standard deviation of the pose, as a share: 0.01 stands for 1 % of the range or for 1 degree.
 
     The larger of the largest axis of the target origin's position over its range, and the largest axis of the
-    rotation in degrees over 100.
+    rotation in degrees over 100; of a pose's covariance (6, 6), and translation (3,), m.
     """
     origin = origin_jacobian(translation)
     position = np.linalg.eigvalsh(origin @ covariance @ origin.T)[-1]
@@ -155,7 +155,7 @@ def share_within(
     """
     given = one if given is None else given
     rng = np.random.default_rng(0)
-    steps = rng.multivariate_normal(np.zeros(6), covariance, DRAWS, method="eigh")
+    steps = rng.multivariate_normal(np.zeros(6), covariance, POSE_DRAWS, method="eigh")
     turn, shift, angle = steps[:, :3], steps[:, 3:], np.linalg.norm(steps[:, :3], axis=1)[:, None]
     across = np.cross(turn, one.translation)  # Rodrigues' formula
     moved = one.translation + np.sinc(angle / np.pi) * across
@@ -164,4 +164,4 @@ def share_within(
     degrees = np.degrees(np.linalg.norm(between - turn, axis=1))
     apart = np.linalg.norm(given.translation - moved, axis=1) / np.linalg.norm(moved, axis=1)
     near = int(((degrees < limits[0]) & (apart < limits[1])).sum())
-    return (near + 0.5) / (DRAWS + 1)
+    return (near + 0.5) / (POSE_DRAWS + 1)

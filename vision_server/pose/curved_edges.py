@@ -12,9 +12,10 @@ from geometry.visibility import Samples
 from numerics.arrays import Floats
 from numerics.kernels import kernel
 
-# Chosen by hand: a good lens' 0.6 px, and the pixel's own area, 0.29.
-SHARP_PX = 0.7  # blur of the image at an edge over what its line's softness is taken for
-AROUND_PX = 12.0  # to either side, from where a bend is measured: more than a facet of most rims
+# Blur of the image at an edge over what its line's softness is taken for: of a good lens, 0.6 px, and of the
+# pixel's own area, 0.29, together, where the softness is 1 px.
+BLUR_OVER_SOFTNESS = 0.7
+BEND_REACH_PX = 12.0  # chosen by hand: a bend is measured so far to either side, past a facet of most rims
 
 
 def drawn_in(samples: Samples, softness: Floats, filter_px: Floats) -> Floats:
@@ -27,7 +28,7 @@ def drawn_in(samples: Samples, softness: Floats, filter_px: Floats) -> Floats:
     softness, filter_px
         (C, L), px, what each of L lines in each of C channels is taken for, and the filter that looks there.
     """
-    square = filter_px**2 + (SHARP_PX * softness) ** 2
+    square = filter_px**2 + (BLUR_OVER_SOFTNESS * softness) ** 2
     return np.asarray(0.5 * square[:, samples.line] * bend(samples))
 
 
@@ -35,7 +36,7 @@ def drawn_in(samples: Samples, softness: Floats, filter_px: Floats) -> Floats:
 def bend(samples: Samples) -> Floats:
     """How each line bends at its samples, (N,) 1/px, greater than 0 towards the normal.
 
-    That of the circle through the sample and those AROUND_PX before and behind it, or as many as there are.
+    That of the circle through the sample and those BEND_REACH_PX to either side, or as far as there are some.
     """
     line, image, direction = samples.line, samples.image, samples.image_direction
     count = len(line)
@@ -46,7 +47,7 @@ def bend(samples: Samples) -> Floats:
         while last + 1 < count and line[last + 1] == line[first]:
             last += 1
         for i in range(first, last + 1):
-            reach = min(max(1, int(AROUND_PX / max(samples.px[i], 1e-9))), (last - first) // 2)
+            reach = min(max(1, int(BEND_REACH_PX / max(samples.px[i], 1e-9))), (last - first) // 2)
             if reach == 0:
                 continue
             middle = min(max(i, first + reach), last - reach)

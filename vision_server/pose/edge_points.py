@@ -1,8 +1,14 @@
-"""Sub-pixel edge points: maxima of the Gaussian derivative along the normals of model lines."""
+"""Sub-pixel edge points: maxima of the Gaussian derivative along the normals of model lines (`search`).
+
+In go samples of lines with their normals, out come places along these, px, with the noise of each: the one-
+dimensional search of RAPiD (Harris and Stennett 1990), with Canny's derivative of a Gaussian as its detector.
+Tiles of gradients are made where it looks.
+"""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,19 +16,31 @@ from numpy.typing import NDArray
 
 from numerics.arrays import Field, Floats, Grey, Ints
 from numerics.kernels import kernel
-from vision_server.channels.gradients import SIDE_PX, TILE_BITS, TILE_PX, Frame, Normals, Tiles, noise_at
+from vision_server.channels.gradients import (
+    SCALES_PX,
+    SIDE_PX,
+    TILE_BITS,
+    TILE_PX,
+    Frame,
+    GradientChannel,
+    Normals,
+    Tiles,
+    noise_at,
+)
 
 BITS, INSIDE = np.uint32(TILE_BITS), np.uint32(TILE_PX - 1)  # of a row or column: its tile, its place in that
 
-# Chosen by hand where nothing else is said.
-PEAKS = 3  # kept for each sample and channel, strongest first
-MIN_SNR = 4.0  # of the derivative against its noise, for a maximum to count
-MIN_ALIGNED = 0.85  # least |cos| between the gradient and the line's normal: about 30 degrees
+# Of the reach, that the kernel looks at: the next step, bilinear, around the maximum; and the flanks of that.
+PREPARED_BEYOND_PX = 12
+PEAKS = 3  # kept for each sample and channel, strongest first: the edge's own and one to either side
+MIN_SNR = 4.0  # chosen by hand, of the derivative against its noise: noise alone passes 6 times in 100 000
+MIN_ALIGNED = 0.85  # chosen by hand: least |cos| of the gradient with the line's normal, about 30 degrees
 CLIPPED_SD_PX = 0.5  # saturation moves an edge towards its dark side by up to the blur
-DERIVATIVE_NOISE = 1.0 / math.sqrt(8.0 * math.pi)  # sd of the first derivative: this * sd / sigma^2
-LEAST_SHARE = 0.02  # of the peak, that its neighbours count with at least
+LEAST_FLANK_SHARE = 0.02  # of the peak, that its neighbours count with at least: logarithms stay finite
 MOST_SHIFT_PX = 1.0  # of a peak from where the pixel-wide steps see it
-CURVATURE_NOISE = math.sqrt(3.0 / (16.0 * math.pi))  # sd of the second derivative: this * sd / sigma^3
+# Standard deviation of the first and the second derivative of white noise of sd 1 under a Gaussian of sigma,
+# times sigma^2 and sigma^3.
+DERIVATIVE_NOISE, CURVATURE_NOISE = 1.0 / math.sqrt(8.0 * math.pi), math.sqrt(3.0 / (16.0 * math.pi))
 
 
 class Channel(NamedTuple):
@@ -62,7 +80,7 @@ def derivative_at(channel: Channel, x: float, y: float, nx: float, ny: float) ->
 @kernel()
 def _parabola(before: float, here: float, after: float) -> tuple[float, float]:
     """Place of the maximum of a Gaussian through three values one px apart, and minus its log curvature."""
-    least = LEAST_SHARE * here
+    least = LEAST_FLANK_SHARE * here
     before, here, after = math.log(max(before, least)), math.log(here), math.log(max(after, least))
     bend = 2.0 * here - before - after
     return (0.5 * (after - before) / bend if bend > 0.0 else np.inf), bend
@@ -83,6 +101,24 @@ class EdgePoints(NamedTuple):
     snr: Floats
     sd: Floats
     strength: Floats
+
+
+def search(channels: Sequence[GradientChannel], scale: Ints, normals: Normals) -> EdgePoints:
+    """Edge points in all channels, see `find_edge_points`.
+
+    Parameters
+    ----------
+    scale
+        (C, N), index into SCALES_PX for each channel and sample; C-contiguous, as kernels expect.
+    """
+    shape = (len(channels), len(normals.image), PEAKS)
+    out = EdgePoints(*(np.empty(shape) for _ in EdgePoints._fields))
+    if len(normals.image) > 0:
+        sigmas = np.array(SCALES_PX)
+        for c, channel in enumerate(channels):
+            channel.prepare(scale[c], normals, PREPARED_BEYOND_PX)
+            find_edge_points(channel.frame, channel.tiles, scale[c], sigmas, normals, c, out)
+    return out
 
 
 @kernel()

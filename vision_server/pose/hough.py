@@ -11,11 +11,11 @@ import numpy as np
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 
-# Chosen by hand where nothing else is said.
-ALONG_BINS = 12
-BINS_PER_REACH = 10  # to either side
-PRIOR_DROP = 0.4  # how much less a vote at the end of the reach counts
-BINS = 2 * BINS_PER_REACH + 1
+# Chosen by hand: courses are pairs of bins, so that finer bins take time by their square.
+ALONG_BINS = 12  # of a line's length
+BINS_PER_REACH = 10  # of the shift, to either side
+SHIFT_BINS = 2 * BINS_PER_REACH + 1
+PRIOR_DROP = 0.4  # how much less a vote at the end of the reach counts: a pose is rather near than far off
 
 
 def _courses() -> tuple[Ints, Floats]:
@@ -23,18 +23,18 @@ def _courses() -> tuple[Ints, Floats]:
 
     Returns
     -------
-    The bin at each place, (BINS, BINS, ALONG_BINS), and what a vote for the course counts, (BINS, BINS).
+    The bin at each place, (S, S, A), S SHIFT_BINS and A ALONG_BINS; what votes for a course count, (S, S).
     """
-    first, last = np.arange(BINS)[:, None, None], np.arange(BINS)[None, :, None]
+    first, last = np.arange(SHIFT_BINS)[:, None, None], np.arange(SHIFT_BINS)[None, :, None]
     place = (np.arange(ALONG_BINS) + 0.5) / ALONG_BINS
     middle, tilt = 0.5 * (first + last) / BINS_PER_REACH - 1.0, 0.5 * (last - first) / BINS_PER_REACH
     share = 1.0 - PRIOR_DROP * np.minimum(1.0, middle**2 + tilt**2)
     return (first + (last - first) * place + 0.5).astype(np.int64), share[:, :, 0]
 
 
-COURSE, COUNTS = _courses()
+COURSE, VOTE_WORTH = _courses()
 CHECKED_BINS = (4, 8)  # of a course, after which it is left when it cannot win any more
-ROUNDING = 1e-9  # share that sums in another order may differ by
+ROUNDING_SHARE = 1e-9  # share that sums in another order may differ by
 
 
 @kernel()
@@ -60,7 +60,7 @@ def vote(
     lines without votes.
     """
     shift = np.zeros((lines, 2))
-    table = np.empty((ALONG_BINS, BINS))
+    table = np.empty((ALONG_BINS, SHIFT_BINS))
     start = 0
     while start < len(line):
         end = start
@@ -81,7 +81,7 @@ def vote(
 def _ballots(
     along: Floats, offset: Floats, quality: Floats, reach_px: float, width_px: float, table: Floats
 ) -> None:
-    """Votes of one line by place along it and shift, (ALONG_BINS, BINS), output; parameters as in `vote`."""
+    """Votes of one line by place and shift, (ALONG_BINS, SHIFT_BINS), output; parameters as in `vote`."""
     channels, count, peaks = offset.shape
     size = reach_px / BINS_PER_REACH
     width = max(width_px, size)
@@ -94,7 +94,7 @@ def _ballots(
                 if not abs(u) <= reach_px:
                     continue
                 first = max(0, int(np.ceil((u - width) / size)) + BINS_PER_REACH)
-                last = min(BINS - 1, int(np.floor((u + width) / size)) + BINS_PER_REACH)
+                last = min(SHIFT_BINS - 1, int(np.floor((u + width) / size)) + BINS_PER_REACH)
                 for j in range(first, last + 1):
                     distance = abs((j - BINS_PER_REACH) * size - u) / width
                     table[b, j] += quality[c, i, k] * (1.0 - distance)
@@ -102,7 +102,7 @@ def _ballots(
 
 @kernel()
 def _elected(table: Floats) -> tuple[int, int]:
-    """First and last bin of the course with most votes (ALONG_BINS, BINS), (-1, -1) without any.
+    """First and last bin of the course with most votes (ALONG_BINS, SHIFT_BINS), (-1, -1) without any.
 
     A course is left early when it cannot reach what the best level course has any more.
     """
@@ -110,16 +110,16 @@ def _elected(table: Floats) -> tuple[int, int]:
     for b in range(ALONG_BINS - 1, -1, -1):
         rest[b] = rest[b + 1] + table[b].max()
     least = 0.0
-    for first in range(BINS):
+    for first in range(SHIFT_BINS):
         total = 0.0
         for b in range(ALONG_BINS):
             total += table[b, first]
-        least = max(least, total * COUNTS[first, first])
-    least *= 1.0 - ROUNDING
+        least = max(least, total * VOTE_WORTH[first, first])
+    least *= 1.0 - ROUNDING_SHARE
     best, elected = 0.0, (-1, -1)
-    for first in range(BINS):
-        for last in range(BINS):
-            counts, total = COUNTS[first, last], 0.0
+    for first in range(SHIFT_BINS):
+        for last in range(SHIFT_BINS):
+            counts, total = VOTE_WORTH[first, last], 0.0
             if rest[0] * counts < least:
                 continue
             for b in range(ALONG_BINS):

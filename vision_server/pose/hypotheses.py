@@ -15,35 +15,33 @@ from itertools import pairwise
 import numpy as np
 
 from geometry.pose import Pose
-from geometry.visibility import Samples, visible_samples
+from geometry.visibility import Samples
 from numerics.arrays import Floats
 from numerics.cholesky import solve_positive
 from numerics.kernels import kernel
 from vision_server.channels.gradients import Normals
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import search
 from vision_server.pose.hough import vote
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import prior_precision
-from vision_server.pose.sampling import places_on_lines, thinned
+from vision_server.pose.sampling import SPARSE_SPACING_PX, places_on_lines, sparse_samples
 from vision_server.pose.steps import moved, step_jacobian, turning_point
+from vision_server.pose.support import CAP_PX
 
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), what must agree and be explained, how far is loosened and the weight of what is
 # laid change at most two poses from right to wrong or back.
-REACH_PX = 24.0  # how far beside a line another edge is looked for
-APART_PX = 1.5  # an edge closer than this to the line is the line's own
-SAME_PLACE_PX = 0.5  # edge points of several channels this close are one edge
-TOLERANCE_PX = 1.5
+BAND_PX = 24.0  # to either side of a line, in which other edges are looked for
+OWN_EDGE_PX = 1.5  # an edge closer than this to the line is the line's own
+ONE_EDGE_PX = 0.5  # edge points of several channels this close are one edge
+ON_EDGE_PX = 1.5  # an edge point this close to a straight edge beside a line votes for it
 LEAST_AGREED = 0.35  # share of a line's samples that must lie on the other edge
-EDGES_A_LINE = 3
-SPACING_PX = 4.0
-MOST_SAMPLES = 12  # of a line
+EDGES_A_LINE = 3  # straight edges beside it that are tried
 LAID_WEIGHT = 4.0  # of a sample of the line that is laid elsewhere, against the others
-LOOSENED = 3  # motions that are tried
+LOOSENED_MOTIONS = 3  # of six, those that the lines hold least, that are tried
 LOOSENED_PX = 5.0  # how far the farthest sample goes along a motion that is hardly held
-MOST_TRIED = 16  # edges that a line is laid on, the clearest first
-FOLLOWED_PX = (6.0, 4.0, 2.5, 2.5)  # how far an edge may be from its line while a step is followed
-EXPLAINS_PX = 4.0  # an edge farther than this from its line explains nothing
+MOST_LAID = 16  # edges that a line is laid on, the clearest first
+FOLLOWED_REACHES_PX = (6.0, 4.0, 2.5, 2.5)  # how far an edge may be from its line while a step is followed
 RETURNED_PX = 1.0  # a step that moves no line farther has come back
 LEAST_EXPLAINED = 0.75  # of what the pose explains, for a step to be worth a look
 
@@ -71,10 +69,10 @@ class EdgesAround:
 
 
 def edges_around(
-    problem: PoseProblem, pose: Pose, bounds_px: tuple[float, ...] = (APART_PX, REACH_PX)
+    problem: PoseProblem, pose: Pose, bounds_px: tuple[float, ...] = (OWN_EDGE_PX, BAND_PX)
 ) -> EdgesAround:
     """Look for edges beside the lines; of each band between two bounds, ascending, the clearest few."""
-    samples = thinned(visible_samples(problem.model, problem.camera, pose, SPACING_PX), MOST_SAMPLES)
+    samples = sparse_samples(problem.model, problem.camera, pose)
     normal, scale = samples.normal, np.take(problem.filters, samples.line, axis=1)
     found: list[Floats] = []
     bands = [(-bounds_px[0], bounds_px[0])]
@@ -94,14 +92,14 @@ def edges_around(
 
 @kernel()
 def _merged(offset: Floats) -> Floats:
-    """Ascending rows (N, K) with edge points closer than SAME_PLACE_PX taken as one, the others NaN."""
+    """Ascending rows (N, K) with edge points closer than ONE_EDGE_PX taken as one, the others NaN."""
     out = np.full_like(offset, np.nan)
     for i in range(len(offset)):
         kept = 0
         for value in offset[i]:
             if np.isnan(value):
                 break
-            if kept == 0 or value - out[i, kept - 1] > SAME_PLACE_PX:
+            if kept == 0 or value - out[i, kept - 1] > ONE_EDGE_PX:
                 out[i, kept] = value
                 kept += 1
     return out
@@ -119,7 +117,7 @@ def hypotheses_beside(near: EdgesAround, pose: Pose, lines: int, most: int) -> l
     """
     if not len(near.offset):
         return []
-    px, own = near.samples.px, (np.abs(near.offset) <= APART_PX).any(axis=1)
+    px, own = near.samples.px, (np.abs(near.offset) <= OWN_EDGE_PX).any(axis=1)
     held = np.where(own, px, 0.0)
     range_m = float(np.linalg.norm(pose.translation))
     prior = prior_precision(range_m, 1.0)[:6]
@@ -152,7 +150,7 @@ def loosened_steps(jacobian: Floats, weight: Floats, prior: Floats, range_m: flo
     normal = (jacobian * weight[:, None]).T @ jacobian + np.diag(prior)
     _, loosest_first = np.linalg.eigh(normal * np.outer(units, units))
     out: list[Floats] = []
-    for motion in loosest_first.T[:LOOSENED]:
+    for motion in loosest_first.T[:LOOSENED_MOTIONS]:
         step = motion * units
         step *= LOOSENED_PX / np.abs(jacobian @ step).max()
         out += [step, -step]
@@ -165,12 +163,12 @@ def laid_steps(near: EdgesAround, held: Floats, prior: Floats, lines: int) -> li
     The other lines stay as near to their edges as that allows; ``held`` (N,) weighs those that have one.
     """
     samples, rows = near.samples, near.jacobian
-    along, _ = places_on_lines(samples, 2.0 * SPACING_PX)
+    along, _ = places_on_lines(samples, 2.0 * SPARSE_SPACING_PX)
     found = _edges_beside(near, along, lines)
     found.sort(key=lambda edge: -edge[0])
     normal = (rows * held[:, None]).T @ rows + np.diag(prior)
     out: list[Floats] = []
-    for _, line, shift in found[:MOST_TRIED]:
+    for _, line, shift in found[:MOST_LAID]:
         of_line = slice(*np.searchsorted(samples.line, (line, line + 1)))  # lines are ascending
         own, laid = rows[of_line], LAID_WEIGHT * samples.px[of_line]
         instead = (own * (laid - held[of_line])[:, None]).T @ own
@@ -182,16 +180,16 @@ def laid_steps(near: EdgesAround, held: Floats, prior: Floats, lines: int) -> li
 def _edges_beside(near: EdgesAround, along: Floats, lines: int) -> list[tuple[float, int, Floats]]:
     """Straight edges that run along visible lines, as (clearness, line, shift (2,) px as in `vote`)."""
     line = near.samples.line
-    offset = np.where(np.abs(near.offset) > APART_PX, near.offset, np.nan)
+    offset = np.where(np.abs(near.offset) > OWN_EDGE_PX, near.offset, np.nan)
     counts = np.maximum(np.bincount(line, minlength=lines), 1)
     length = np.bincount(line, weights=near.samples.px, minlength=lines)
-    width = np.full(lines, TOLERANCE_PX)
+    width = np.full(lines, ON_EDGE_PX)
     out = []
     for _ in range(EDGES_A_LINE):
         counted = np.isfinite(offset).astype(np.float64)
-        shift = vote(line, along, offset[None], counted[None], lines, REACH_PX, width)
+        shift = vote(line, along, offset[None], counted[None], lines, BAND_PX, width)
         expected = shift[line, 0] + shift[line, 1] * along
-        taken = np.abs(offset - expected[:, None]) < 2.0 * TOLERANCE_PX
+        taken = np.abs(offset - expected[:, None]) < 2.0 * ON_EDGE_PX
         share = np.bincount(line, weights=taken.any(axis=1), minlength=lines) / counts
         clear = np.flatnonzero(share >= LEAST_AGREED).tolist()
         if not clear:
@@ -215,7 +213,7 @@ def _nearest(offset: Floats, sample: int, place: float) -> float:
 @kernel()
 def followed(jacobian: Floats, offset: Floats, px: Floats, prior: Floats, step: Floats) -> None:
     """Let a step (6,) settle on the edge points nearest to where it puts the lines; changed in place."""
-    for reach in FOLLOWED_PX:
+    for reach in FOLLOWED_REACHES_PX:
         normal, pull = np.zeros((6, 6)), np.zeros(6)
         for k in range(6):
             normal[k, k] = prior[k]
@@ -240,11 +238,11 @@ def followed(jacobian: Floats, offset: Floats, px: Floats, prior: Floats, step: 
 
 @kernel()
 def explained(jacobian: Floats, offset: Floats, px: Floats, step: Floats) -> float:
-    """Mean over the visible length of 1 - d / EXPLAINS_PX; d: distance to the nearest edge after a step."""
+    """Mean over the visible length of 1 - d / CAP_PX; d: from the nearest edge after a step (6,), px."""
     total = 0.0
     for i in range(len(offset)):
         place = 0.0
         for k in range(6):
             place += jacobian[i, k] * step[k]
-        total += px[i] * max(0.0, 1.0 - abs(_nearest(offset, i, place)) / EXPLAINS_PX)
+        total += px[i] * max(0.0, 1.0 - abs(_nearest(offset, i, place)) / CAP_PX)
     return float(total / px.sum())

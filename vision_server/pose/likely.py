@@ -19,8 +19,8 @@ from vision_server.pose.ranking import Refined
 from vision_server.pose.settling import Settled, settled
 from vision_server.pose.trust import confidence
 
-# Chosen by hand.
-LEAST_SHARE = 1e-3  # of the evidence; with less, a pose is not looked at
+# Chosen by hand: what less evidence or a later place makes likely is under what an estimate lists.
+LEAST_EVIDENCE_SHARE = 1e-3  # of all poses' evidence; with less, a pose is not looked at
 MOST_SETTLED = 6  # poses that are taken the last step
 
 
@@ -56,7 +56,7 @@ def likely_of(found: Sequence[Refined], symmetry: Symmetry) -> list[Likely]:
     elsewhere = apart(model, camera, [one.pose for one in distinct])
     nats = np.array([one.support.evidence_together for one in distinct])
     for one, share in zip(distinct, shares(nats, elsewhere), strict=True):
-        if share >= LEAST_SHARE:
+        if share >= LEAST_EVIDENCE_SHARE:
             last = last_step(one) if len(out) < MOST_SETTLED else _as_refined(one)
             pose = last.best.pose
             spread = uncertainty(without_free_turn(last.covariance, pose, symmetry), pose.translation)

@@ -16,18 +16,17 @@ from geometry.visibility import visible_samples
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.gradients import SCALES_PX, Normals
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import search
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import thinned
 
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), the ratio matters much: at 0.35 seven tight poses of 15 are lost and errors are
 # 2.6 times as large, at 0.85 two are, and errors are 1.4 times as large.
-SPACING_PX = 3.0
-REACH_PX = 4.0  # around a hypothesis' lines, where the blur of the edges is looked at
+SCALE_STEP_PX, SCALE_SAMPLES = 3.0, 20  # of the samples of a line: blur varies slowly along it
+SCALE_REACH_PX = 4.0  # around a hypothesis' lines, where the blur of the edges is looked at
 SOFTER_RATIO = 0.70  # peak at twice the scale over peak at the scale: above this the edge is the softer one
-FEWEST_POINTS = 6
-MOST_SAMPLES = 20  # of a line
+FEWEST_RATIOS = 6  # of a line's samples, for their median to say anything
 
 
 def line_scales(problem: PoseProblem, pose: Pose) -> Ints:
@@ -37,7 +36,7 @@ def line_scales(problem: PoseProblem, pose: Pose) -> Ints:
     the ratio of the peaks at 2s and s therefore tells b/s, whatever the contrast. The scales of ``problem``
     are the least.
     """
-    samples = thinned(visible_samples(problem.model, problem.camera, pose, SPACING_PX), MOST_SAMPLES)
+    samples = thinned(visible_samples(problem.model, problem.camera, pose, SCALE_STEP_PX), SCALE_SAMPLES)
     normal, out = samples.normal, problem.scale.copy()
     least = int(out.min(initial=0))
     for index, channel in enumerate(problem.channels):
@@ -45,7 +44,7 @@ def line_scales(problem: PoseProblem, pose: Pose) -> Ints:
         for scale in range(least, len(SCALES_PX)):
             own = out[index, samples.line]
             asked = np.flatnonzero((own == scale) | (own == scale - 1))  # of others it says nothing
-            reach = np.full(len(asked), max(REACH_PX, 1.5 * SCALES_PX[scale]))
+            reach = np.full(len(asked), max(SCALE_REACH_PX, 1.5 * SCALES_PX[scale]))
             chosen = np.full((1, len(asked)), scale, dtype=np.int64)
             points = search([channel], chosen, Normals(samples.image[asked], normal[asked], reach))
             below, peaks = peaks, np.zeros(len(normal))
@@ -95,7 +94,7 @@ def _median_ratios(upper: Floats, lower: Floats, line: Ints, lines: int) -> Floa
                 ratios[both] = upper[end] / lower[end]
                 both += 1
             end += 1
-        if both >= FEWEST_POINTS:
+        if both >= FEWEST_RATIOS:
             out[line[start]] = np.median(ratios[:both])
         if below < 0.25 * above:
             out[line[start]] = 1.0

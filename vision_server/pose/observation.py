@@ -27,25 +27,24 @@ from vision_server.channels.gradients import (
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.pose.association import associate, neighbour_pulls
 from vision_server.pose.curved_edges import drawn_in
-from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints, search
 from vision_server.pose.hough import choose, vote
 from vision_server.pose.outline_shading import inside_of, way_back
 from vision_server.pose.sampling import places_on_lines
 from vision_server.pose.steps import step_jacobian, turning_point
 
-# Chosen by hand where nothing else is said; `python -m benchmarks.constants` shows what other values do.
 VOTE_WIDTH_PX = 1.0  # tolerance of a line's vote for a sharp edge
-STRONG_SHARE = 0.8  # of the edge points of a channel are weaker than its strong ones
+# Chosen by hand: share of a channel's edge points that are weaker than its strong ones. An edge point that
+# is so many times as strong as these counts half in its line's vote.
+STRONG_SNR_RANK, HALF_QUALITY_SNR_RATIO = 0.8, 0.5
 # Index into SCALES_PX of the filter, for each softness: half of the blur and no more than 2 px. A wider one
 # takes in what lies beside an edge; on 18 hard stacks right poses were 1.17 times as far off with it.
-FILTER_OF = np.array([0, 0, 1, 1])
+FILTER_OF_SOFTNESS = np.array([0, 0, 1, 1])
 SIGMAS = np.array(SCALES_PX)
-QUALITY_SNR_SHARE = 0.5  # an edge point this many times as strong as its channel's strong ones counts half
-BLUR_REACH = 1.5  # search at least this many times the softness to either side
-GAP_SPACINGS = 2.0  # between samples that are no neighbours
-MOST_STEP = 2.0  # a step from black, over the mean of its two sides
-LEAST_LEVEL = 2.0  # grey, under which that ratio is noise
+REACH_OVER_SOFTNESS = 1.5  # an edge is looked for at least this many times its softness to either side
+GAP_SPACINGS = 2.0  # samples that are farther apart than this many spacings are no neighbours
+MOST_STEP_RATIO = 2.0  # height of a step over the mean of its two sides: that of a step from black
+LEAST_LEVEL_GREY = 2.0  # of that mean, under which the ratio is noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +71,7 @@ class PoseProblem:
     @property
     def filters(self) -> Ints:
         """(C, L), index into SCALES_PX of the filter that places the edge points."""
-        return FILTER_OF[self.scale]
+        return FILTER_OF_SOFTNESS[self.scale]
 
     @classmethod
     def at_scale(
@@ -156,7 +155,7 @@ def observe(
     along, from_end = places_on_lines(samples, GAP_SPACINGS * spacing_px)
     sigma = SIGMAS[problem.scale]
     widest = sigma.max(axis=0) if len(channels) else np.ones(lines)
-    reach, width = np.maximum(reach_px, BLUR_REACH * widest), VOTE_WIDTH_PX * np.sqrt(widest)
+    reach, width = np.maximum(reach_px, REACH_OVER_SOFTNESS * widest), VOTE_WIDTH_PX * np.sqrt(widest)
     normals = Normals(samples.image, samples.normal, reach[samples.line])
     points = search(channels, np.take(filters, samples.line, axis=1), normals)
     associate(samples, lines, points.offset)
@@ -166,7 +165,8 @@ def observe(
     shape, inside = chosen.shape, inside_of(model, camera, pose, samples)
     found = _Chosen(np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 2)))
     for c, channel in enumerate(channels):
-        _take_chosen(c, chosen, points, channel.frame, channel.tiles, samples, sigma, filters, inside, found)
+        looked = _Looked(c, chosen, sigma, filters, inside)
+        _take_chosen(looked, points, channel.frame, channel.tiles, samples, found)
     centre = turning_point(model, pose)
     jacobian = step_jacobian(camera, pose.apply(samples.points), normals.normal, centre)
     return Observation(
@@ -201,8 +201,8 @@ def _quality(snr: Floats) -> Floats:
                     found += 1
         if found == 0:
             continue
-        rank = int(STRONG_SHARE * (found - 1))
-        strong = QUALITY_SNR_SHARE * np.partition(seen[:found], rank)[rank]
+        rank = int(STRONG_SNR_RANK * (found - 1))
+        strong = HALF_QUALITY_SNR_RATIO * np.partition(seen[:found], rank)[rank]
         for i in range(count):
             for k in range(peaks):
                 out[c, i, k] = snr[c, i, k] / (snr[c, i, k] + strong)
@@ -218,25 +218,26 @@ class _Chosen(NamedTuple):
     nuisance: Floats
 
 
+class _Looked(NamedTuple):
+    """How one channel was looked at, the c-th of C; of N samples on L lines."""
+
+    c: int
+    chosen: Ints  # (C, N), which edge point of each sample is taken, -1 for none
+    sigma: Floats  # (C, L), softness of each line, px
+    filters: Ints  # (C, L), index into SCALES_PX
+    inside: Floats  # (N,), see `inside_of`
+
+
 @kernel()
 def _take_chosen(
-    c: int,
-    chosen: Ints,
-    points: EdgePoints,
-    frame: Frame,
-    tiles: Tiles,
-    samples: Samples,
-    sigma: Floats,
-    filters: Ints,
-    inside: Floats,
-    out: _Chosen,
+    looked: _Looked, points: EdgePoints, frame: Frame, tiles: Tiles, samples: Samples, out: _Chosen
 ) -> None:
     """One channel's chosen edge points with what they may be off by.
 
     The tone curve moves an edge in proportion to the step's height over the mean of its sides, times its
-    softness; clipping towards its dark side; an outline as `way_back` says. ``sigma`` and ``filters`` (C, L)
-    are softness, px, and filter, index into SCALES_PX.
+    softness; clipping towards its dark side; an outline as `way_back` says.
     """
+    c, chosen, sigma, filters, inside = looked
     rows, columns = frame.shape
     for i in range(chosen.shape[1]):
         k = chosen[c, i]
@@ -254,9 +255,9 @@ def _take_chosen(
         # the smoothed level at the nearest pixel, carried to the edge along its slope
         tile = tiles.smooth[tiles.number[0, row >> TILE_BITS, column >> TILE_BITS]]
         level = tile[row % TILE_PX * TILE_PX + column % TILE_PX]
-        level = max(level + ((x - column) * nx + (y - row) * ny) * slope, LEAST_LEVEL)
+        level = max(level + ((x - column) * nx + (y - row) * ny) * slope, LEAST_LEVEL_GREY)
         step = slope * own * math.sqrt(2.0 * math.pi) / level
-        out.nuisance[c, i, 0] = min(max(step, -MOST_STEP), MOST_STEP) * own
+        out.nuisance[c, i, 0] = min(max(step, -MOST_STEP_RATIO), MOST_STEP_RATIO) * own
         s = filters[c, samples.line[i]]
         if points.sd[c, i, k] >= CLIPPED_SD_PX * SIGMAS[s]:
             out.nuisance[c, i, 1] = -own if slope > 0.0 else own

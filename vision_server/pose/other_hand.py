@@ -14,33 +14,33 @@ from functools import lru_cache
 import numpy as np
 
 from geometry.model import Model
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from geometry.surface import face_normals
 from numerics.arrays import Floats
 from vision_server.pose.line_scales import with_line_scales
-from vision_server.pose.ranking import COARSE_REACHES_PX, COARSER, Refined, of_fewer_lines, refined
+from vision_server.pose.ranking import COARSE_REACHES_PX, COARSENING, Refined, of_fewer_lines, refined
 from vision_server.pose.support import support_at
-from vision_server.pose.trust import LIMIT, odds
+from vision_server.pose.trust import odds
 
 Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
 
 # The lines in sight say that the model is the right way round where no more than this share of their length
 # is missing, and they are more than a plain box shows or more than are out of sight (chosen by hand).
-LITTLE_MISSING, IN_SIGHT, HIDDEN_SHARE = 0.015, 9, 0.5
+LITTLE_MISSING, FEW_IN_SIGHT, HIDDEN_SHARE = 0.015, 9, 0.5
 # Nats of evidence that a model is unlikely to be the wrong way round, and that it is so where the other way
 # fits at the same pose, which is right then in any case (by hand).
-UNLIKELY_NATS, AT_THE_SAME_POSE = 10.0, 18.0
-AS_GOOD = 0.95  # share of the model's own score from which on another way is worth a look (by hand)
+UNLIKELY_NATS, SAME_POSE_NATS = 10.0, 18.0
+AS_GOOD_SHARE = 0.95  # of the model's own score, from which on another way is worth a look (by hand)
 # At the pose itself: less of evidence, before it is refined, another way is not worth a look (by hand),
 # which is with so many times fewer samples.
-HERE_NATS, HERE_COARSER = 30.0, 3.0
+HERE_NATS, HERE_COARSENING = 30.0, 3.0
 # What the other way leaves unexplained, beyond what two fits differ by anyway, counts so many times more: one
 # thing in the way hides many lines. A plain back then misses less than a front that is half hidden, but has
 # fewer of the edges (chosen by hand).
-LOST, LITTLE_LOST = 3.0, 5.0
-MOST_ODDS = 1000.0  # more say no more
-SAME = 1e-3  # of the diameter, between corners of one model and of another that is the same (chosen by hand)
-FIRST_CORNERS = 16  # are asked first whether two models are the same
+LOST_TIMES, LITTLE_LOST_NATS = 3.0, 5.0
+MOST_ODDS = 1000.0  # larger ones leave the pose no less belief
+SAME_CORNERS_SHARE = 1e-3  # of the diameter, between corners of one model and of a same one (by hand)
+FIRST_CORNERS = 16  # that are asked first whether two models are the same
 FEW_CORNERS = 500  # are all held against all: in 15 ms, a tenth of what it takes to load SciPy
 WAYS = tuple(np.diag(signs) for signs in np.array(
     [[-1, 1, 1], [1, -1, 1], [1, 1, -1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]], dtype=np.float64
@@ -71,7 +71,7 @@ def other_ways(model: Model) -> tuple[Model, ...]:
 
 def _same(one: Model, other: Model) -> bool:
     """Whether two models have the same corners."""
-    most = SAME * one.diameter
+    most = SAME_CORNERS_SHARE * one.diameter
     if _apart(one.vertices[:: max(1, len(one.vertices) // FIRST_CORNERS)], other.vertices) > most:
         return False  # so with nearly all other models
     if len(one.vertices) <= FEW_CORNERS:
@@ -96,7 +96,7 @@ def the_other_way(best: Refined, match: Matcher) -> float:
         Scores and poses of each of some models from the same segments, near a pose, best first.
     """
     seen, lines = len(np.unique(best.support.samples.line)), len(best.problem.model.lines)
-    few = seen <= min(IN_SIGHT, (1.0 - HIDDEN_SHARE) * lines)
+    few = seen <= min(FEW_IN_SIGHT, (1.0 - HIDDEN_SHARE) * lines)
     if best.support.missing <= LITTLE_MISSING and not few:
         return 0.0
     own = of_fewer_lines(best)
@@ -109,7 +109,7 @@ def the_other_way(best: Refined, match: Matcher) -> float:
     likely = [
         (other, one[0][1])
         for other, one in zip(others, found, strict=True)
-        if one and one[0][0] > AS_GOOD * least
+        if one and one[0][0] > AS_GOOD_SHARE * least
     ]
     likely += [(other, own.pose) for other in others if _is_likely_here(own, other)]
     fits = [_fit(own, other, pose) for other, pose in likely]
@@ -118,9 +118,9 @@ def the_other_way(best: Refined, match: Matcher) -> float:
 
 def _chance(own: Refined, other: Refined) -> float:
     """Chance of the other way over the model's own, at most MOST_ODDS."""
-    same = other.pose.error_to(own.pose).within(100.0 * LIMIT, LIMIT)
-    lost = max(0.0, own.support.confirmed - other.support.confirmed - LITTLE_LOST)
-    unlikely = (AT_THE_SAME_POSE if same else UNLIKELY_NATS) + LOST * lost
+    same = other.pose.error_to(own.pose).within(*RIGHT)
+    lost = max(0.0, own.support.confirmed - other.support.confirmed - LITTLE_LOST_NATS)
+    unlikely = (SAME_POSE_NATS if same else UNLIKELY_NATS) + LOST_TIMES * lost
     return odds(own.support, other.support, unlikely, MOST_ODDS)
 
 
@@ -131,11 +131,11 @@ def _is_likely_here(own: Refined, other: Model) -> bool:
     pose; its few segments need not be among those that a match is made from.
     """
     of_same_softness = replace(own.problem, model=other)  # each line as soft as the model's own
-    support = support_at(of_same_softness, own.pose, HERE_COARSER * own.spacing_px)
+    support = support_at(of_same_softness, own.pose, HERE_COARSENING * own.spacing_px)
     return support is not None and support.evidence > own.support.evidence - HERE_NATS
 
 
 def _fit(own: Refined, other: Model, pose: Pose) -> Refined | None:
     """What another model's hypothesis leads to."""
     sharp = replace(own.problem, model=other, scale=np.zeros_like(own.problem.scale))
-    return refined(with_line_scales(sharp, pose), pose, COARSE_REACHES_PX, own.spacing_px, COARSER)
+    return refined(with_line_scales(sharp, pose), pose, COARSE_REACHES_PX, own.spacing_px, COARSENING)

@@ -17,16 +17,17 @@ import numpy as np
 
 from numerics.arrays import Floats, Ints
 
-REACH = 3  # steps to either side of an outline that are looked at
+REACH_STEPS = 3  # steps to either side of an outline that are looked at
 WIDTHS = np.arange(0.7, 2.45, 0.1)  # sd of the blurred outline, in steps
 PLACES = np.arange(-1.2, 1.25, 0.1)  # of the outline, in steps
 BLURS_PX = np.arange(0.4, 6.0, 0.1)  # sd of the image's blur
 ROOTS = np.linspace(0.0, 3.0, 121)  # of the distances inside, in steps, over which shading rises
 # Read off 1450 outlines at the true poses of 96 bodies, large, small and soft, under lamps drawn at random.
-HELD = 0.002  # for the squares of what shading adds, beside what is not explained
-SEEMING = 0.96  # of the blur by which most is explained, the image's own: shading widens outlines
-OF_REST = 0.7  # sd of a place, over the root of what is not explained by how fast that grows beside it
-MOST_BLUR_SD_PX = 0.3
+SHADING_PENALTY = 0.002  # for the squares of what shading adds, beside what is not explained
+SEEMING_BLUR_RATIO = 0.96  # image's own blur over that which explains most: shading widens outlines
+# Standard deviation of a place, over the root of what is not explained by how fast that grows beside it.
+SD_OF_REST = 0.7
+MOST_BLUR_SD_PX = 0.3  # of an image's blur, by its outlines, at most
 
 
 class Optics(NamedTuple):
@@ -48,14 +49,14 @@ class Outlines(NamedTuple):
 
 
 def outlines_of(profiles: Floats, optics: Optics, weight: Floats) -> Outlines:
-    """Outlines by their profiles (M, 2 REACH + 1), from outside to inside.
+    """Outlines by their profiles (M, 2 REACH_STEPS + 1), from outside to inside.
 
     Each is explained by least squares, at each place and width; ``weight`` (M,) is what one counts for the
     blur of its image.
     """
     shapes = _shapes()
     unit = profiles / np.maximum(np.linalg.norm(profiles, axis=1), 1e-12)[:, None]
-    like = (unit @ shapes.reshape(2 * REACH + 1, -1)).reshape(len(unit), *shapes.shape[1:])
+    like = (unit @ shapes.reshape(2 * REACH_STEPS + 1, -1)).reshape(len(unit), *shapes.shape[1:])
     place, rest, bend = _least(1.0 - (like**2).sum(axis=3), PLACES)
     rest = np.maximum(rest, 0.0)
     unlike = _at_widths(rest, _widths(BLURS_PX, optics))
@@ -65,7 +66,7 @@ def outlines_of(profiles: Floats, optics: Optics, weight: Floats) -> Outlines:
         blur[of] = _blur(unlike[of], weight[of])
     near = _widths(blur, optics)
     places, sds = (
-        optics.step_px[:, None] * _at_widths(one, near) for one in (place, OF_REST * np.sqrt(rest / bend))
+        optics.step_px[:, None] * _at_widths(one, near) for one in (place, SD_OF_REST * np.sqrt(rest / bend))
     )
     return Outlines(places[:, 1], sds[:, 1], 0.5 * (places[:, 2] - places[:, 0]))
 
@@ -78,7 +79,7 @@ def _blur(unlike: Floats, weight: Floats) -> Floats:
     (blur,), (rest,), (bend,) = _least((weight @ unlike)[None], BLURS_PX)
     alone = float(weight @ weight) / max(float(weight.sum()) ** 2, 1e-12)  # 1 over the number that count
     sd = min(math.sqrt(max(rest, 0.0) / bend * alone), MOST_BLUR_SD_PX)
-    return np.asarray(SEEMING * blur + sd * np.array([-1.0, 0.0, 1.0]))
+    return np.asarray(SEEMING_BLUR_RATIO * blur + sd * np.array([-1.0, 0.0, 1.0]))
 
 
 def _widths(blur_px: Floats, optics: Optics) -> Floats:
@@ -87,7 +88,7 @@ def _widths(blur_px: Floats, optics: Optics) -> Floats:
 
 
 def _at_widths(values: Floats, widths: Floats) -> Floats:
-    """Of each of M outlines the values (M, W), one for each of WIDTHS, between them at widths (M, N)."""
+    """Values (M, W) of M outlines, one for each of WIDTHS, between these at widths (M, N)."""
     at = np.clip((widths - WIDTHS[0]) / (WIDTHS[1] - WIDTHS[0]), 0.0, len(WIDTHS) - 1.001)
     low = at.astype(np.int64)
     before, after = (np.take_along_axis(values, low + k, 1) for k in (0, 1))
@@ -109,14 +110,14 @@ def _least(values: Floats, at: Floats) -> tuple[Floats, Floats, Floats]:
 
 @cache
 def _shapes() -> Floats:
-    """What products with a profile tell of an outline of each width and place, (2 REACH + 1, W, P, 3).
+    """What products with a profile tell of outlines by width and place, (2 REACH_STEPS + 1, W, P, 3).
 
     The squares of the three products are the share that step, root and slope explain together.
     """
-    around, width = np.arange(-REACH, REACH + 1.0) - PLACES[:, None], WIDTHS[:, None, None]
+    around, width = (np.arange(-REACH_STEPS, REACH_STEPS + 1.0) - PLACES[:, None], WIDTHS[:, None, None])
     rising = np.exp(-0.5 * ((around[..., None] - ROOTS**2) / width[..., None]) ** 2) * (ROOTS[1] - ROOTS[0])
     slope = rising @ (2.0 * ROOTS) / (math.sqrt(2.0 * math.pi) * width)
     parts = np.stack([np.exp(-0.5 * (around / width) ** 2), rising.sum(axis=-1), slope], axis=-1)
-    normal = parts.swapaxes(2, 3) @ parts + np.diag([0.0, HELD, HELD])
+    normal = parts.swapaxes(2, 3) @ parts + np.diag([0.0, SHADING_PENALTY, SHADING_PENALTY])
     shapes = np.linalg.solve(np.linalg.cholesky(normal), parts.swapaxes(2, 3))
     return np.ascontiguousarray(shapes.transpose(3, 0, 1, 2))

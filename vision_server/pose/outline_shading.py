@@ -21,10 +21,10 @@ from vision_server.pose.edge_points import Channel, derivative_at
 # From 2000 edge points on views of a free-form body of 64 and 128 segments under lamps drawn at random:
 # edges whose flanks differ by less than a tenth of their height lay 0.1 px inside, by a quarter 0.3 and by a
 # half 0.6, half of them within a third of that.
-FLANK = 3.0  # from the edge to where its flanks are compared, in scales of the filter
-PER_FLANK = 1.3  # scales by which the edge is drawn in, where one flank is as high as the edge
-MOST = 1.0  # scales by which one is moved back
-UNSURE = 0.5  # of the way back, its standard deviation
+FLANK_SCALES = 3.0  # from the edge to where its flanks are compared, in scales of the filter
+SHIFT_PER_FLANK = 1.3  # scales by which the edge is drawn in, where one flank is as high as the edge
+MOST_SHIFT_SCALES = 1.0  # scales by which one is moved back
+SHIFT_SD_SHARE = 0.5  # of the way back, its standard deviation
 
 
 def inside_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Floats:
@@ -62,7 +62,7 @@ def way_back(
     inside : 1 or -1, see `inside_of`.
     """
     rows, columns = frame.shape
-    reach = FLANK * channel.sigma
+    reach = FLANK_SCALES * channel.sigma
     (x, y), (nx, ny) = place, normal
     if not (reach <= x < columns - 2.0 - reach and reach <= y < rows - 2.0 - reach):
         return 0.0, 0.0
@@ -72,5 +72,5 @@ def way_back(
     heavier = (within - without) / slope
     if heavier <= 0.0:
         return 0.0, 0.0
-    shift = min(PER_FLANK * heavier, MOST) * channel.sigma
-    return -inside * shift, UNSURE * shift
+    shift = min(SHIFT_PER_FLANK * heavier, MOST_SHIFT_SCALES) * channel.sigma
+    return -inside * shift, SHIFT_SD_SHARE * shift

@@ -12,10 +12,10 @@ from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Field, Flags
 
-# Chosen by hand where nothing else is said.
-FAR_OUT = 5.0  # widths of the frame, beyond which it does not matter where a point is
-OVERLAP = 0.25  # of the smaller outline's area: poses that share less are apart
-A_PART_NATS = 25.0  # from here on a pose is believed a part of its own
+FAR_OUT_WIDTHS = 5.0  # of the frame, beyond which it does not matter where a point is
+# Chosen by hand, for parts that lie beside each other: poses whose outlines share less of the smaller one's
+# area are apart, and with so much evidence one is believed a part of its own.
+APART_OVERLAP, A_PART_NATS = 0.25, 25.0
 
 
 def apart(model: Model, camera: Camera, poses: Sequence[Pose]) -> Flags:
@@ -27,7 +27,7 @@ def apart(model: Model, camera: Camera, poses: Sequence[Pose]) -> Flags:
         for j, other in enumerate(outlines[:i]):
             least = min(areas[i], areas[j])
             if least > 0.0:
-                out[i, j] = out[j, i] = cv2.intersectConvexConvex(one, other)[0] < OVERLAP * least
+                out[i, j] = out[j, i] = cv2.intersectConvexConvex(one, other)[0] < APART_OVERLAP * least
     return out
 
 
@@ -41,5 +41,5 @@ def _outline(model: Model, camera: Camera, pose: Pose) -> Field:
     pixels = camera.project(pose.apply(model.vertices))
     if not np.isfinite(pixels).all():
         pixels = np.zeros((1, 2))
-    near = np.clip(pixels, -FAR_OUT * camera.width, FAR_OUT * camera.width)
+    near = np.clip(pixels, -FAR_OUT_WIDTHS * camera.width, FAR_OUT_WIDTHS * camera.width)
     return np.asarray(cv2.convexHull(near.astype(np.float32)), dtype=np.float32)

@@ -15,18 +15,18 @@ from numerics.kernels import kernel
 from vision_server.channels.gradients import SCALES_PX, Frame, Normals, Tiles
 from vision_server.pose.edge_points import Channel, derivative_at
 from vision_server.pose.observation import Observation, PoseProblem
-from vision_server.pose.outline_profiles import REACH, Optics, outlines_of
+from vision_server.pose.outline_profiles import REACH_STEPS, Optics, outlines_of
 
 # Chosen by hand: how far 1717 lines are off goes with the rest for 3 to 5 steps to either side.
-STEPS = 4  # to either side of an edge, each as wide as it is soft,
+PROFILE_STEPS = 4  # to either side of an edge, each as wide as it is soft,
 MOST_STEP_PX = 2.5  # and no wider: hardly more of the image is looked at so than edges are looked for in
-WIDTHS = np.arange(0.8, 2.45, 0.1)  # sd of an edge's derivative, in steps
+EDGE_WIDTHS = np.arange(0.8, 2.45, 0.1)  # sd of an edge's derivative, in steps
 ON_COURSE_PX = 0.55  # of its softness: an edge point farther from its line's course is none of it
 # What is beside a sharp edge is a sum of Gaussians as wide as its own (1.05 to 1.15 are seen) at these steps,
 # with so much for their squared heights beside what is not explained.
-SHARP_WIDTH, HELD = 1.12, 0.03
+SHARP_WIDTH, NEIGHBOUR_PENALTY = 1.12, 0.03
 NEXT_STEPS = np.concatenate([np.arange(-4.5, -1.0, 0.5), np.arange(1.5, 5.0, 0.5)])
-OUTLINE_STEP = 0.7  # of an outline's softness where it is not sharp: a step of its profile
+OUTLINE_STEP_SHARE = 0.7  # of an outline's softness where it is not sharp: a step of its profile
 # What a line is off as a whole in one channel, per pixel of its softness, is so many times this power of what
 # its profile has that no edge explains: read off 1717 lines at the true poses of 45 simulated and ray-traced
 # scenes, of which the sharp ones go from 0.02 px to 0.2.
@@ -76,7 +76,7 @@ def moved_by_profiles(problem: PoseProblem, seen: Observation, at: Place) -> Mov
     inside = seen.inside[np.searchsorted(seen.samples.line, at.line)]
     steps = np.minimum(softness, MOST_STEP_PX)
     soft = (inside != 0.0) & (softness > SCALES_PX[0])
-    steps[soft] = np.minimum(OUTLINE_STEP * softness[soft], MOST_STEP_PX)
+    steps[soft] = np.minimum(OUTLINE_STEP_SHARE * softness[soft], MOST_STEP_PX)
     profiles = profiles_of(problem, seen, at, steps)
     told = told_by(profiles, softness <= SCALES_PX[0])
     place, shared = told.moved, np.zeros(len(steps))
@@ -84,7 +84,7 @@ def moved_by_profiles(problem: PoseProblem, seen: Observation, at: Place) -> Mov
     of = np.flatnonzero(inside)
     if len(of):
         inwards = np.where(inside[of, None] < 0.0, profiles[of, ::-1], profiles[of])
-        inwards = inwards[:, STEPS - REACH : STEPS + REACH + 1]
+        inwards = inwards[:, PROFILE_STEPS - REACH_STEPS : PROFILE_STEPS + REACH_STEPS + 1]
         filters = np.array(SCALES_PX)[problem.filters[at.channel[of], at.line[of]]]
         weight = (inwards**2).sum(axis=1) / np.bincount(seen.samples.line)[at.line[of]]
         outlines = outlines_of(inwards, Optics(at.channel[of], filters, steps[of]), weight)
@@ -94,12 +94,12 @@ def moved_by_profiles(problem: PoseProblem, seen: Observation, at: Place) -> Mov
 
 
 def profiles_of(problem: PoseProblem, seen: Observation, at: Place, steps_px: Floats) -> Floats:
-    """The profiles (M, 2 STEPS + 1) of lines in their channels, sums over their samples, in steps (M,)."""
-    profiles, samples = np.zeros((len(at.line), 2 * STEPS + 1)), seen.samples
+    """Profiles (M, 2 PROFILE_STEPS + 1) of lines in their channels, summed over samples, in steps (M,) px."""
+    profiles, samples = np.zeros((len(at.line), 2 * PROFILE_STEPS + 1)), seen.samples
     for c, channel in enumerate(problem.channels):
         softness = seen.sigma[c, samples.line]
         to_course = np.abs(np.nan_to_num(seen.offset[c])) + ON_COURSE_PX * softness
-        reach = to_course + STEPS * np.minimum(softness, MOST_STEP_PX)
+        reach = to_course + PROFILE_STEPS * np.minimum(softness, MOST_STEP_PX)
         normals = Normals(samples.image, samples.normal, reach)
         channel.prepare(problem.filters[c, samples.line], normals, 0.0)
         _add_up_all(channel.frame, channel.tiles, problem.filters[c], seen, c, at, steps_px, profiles)
@@ -107,7 +107,7 @@ def profiles_of(problem: PoseProblem, seen: Observation, at: Place, steps_px: Fl
 
 
 def told_by(profiles: Floats, sharp: Flags) -> Profiles:
-    """What profiles (M, 2 STEPS + 1) about their maxima tell; of sharp edges (M,) also how far they moved."""
+    """What profiles (M, 2 PROFILE_STEPS + 1) about their maxima tell; how far ``sharp`` ones moved."""
     square = np.maximum((profiles**2).sum(axis=1), np.finfo(np.float64).tiny)
     like = ((profiles @ _GAUSSIANS.T) ** 2).max(axis=1)
     rest = np.clip(1.0 - like / square, 0.0, 1.0)
@@ -118,25 +118,24 @@ def told_by(profiles: Floats, sharp: Flags) -> Profiles:
 
 
 def _gaussian(widths: Floats | float, places: Floats | float = 0.0) -> Floats:
-    """At the steps of a profile, (..., 2 STEPS + 1)."""
-    around = np.arange(-STEPS, STEPS + 1.0) - np.expand_dims(np.asarray(places), -1)
+    """At the steps of a profile, (..., 2 PROFILE_STEPS + 1)."""
+    around = np.arange(-PROFILE_STEPS, PROFILE_STEPS + 1.0) - np.expand_dims(np.asarray(places), -1)
     return np.asarray(np.exp(-0.5 * (around / np.expand_dims(np.asarray(widths), -1)) ** 2))
 
 
 def _edge() -> Floats:
-    """What makes of a profile the height of its edge and that times its place in steps, (2, 2 STEPS + 1).
+    """What makes of a profile its edge's height and that times its place in steps, (2, 2 PROFILE_STEPS + 1).
 
     By least squares, of both and of what is beside, which is held to be small.
     """
     own = _gaussian(SHARP_WIDTH)
-    parts = np.vstack(
-        [own, np.arange(-STEPS, STEPS + 1) / SHARP_WIDTH**2 * own, _gaussian(SHARP_WIDTH, NEXT_STEPS)]
-    )
-    held = np.diag(np.r_[0.0, 0.0, np.full(len(NEXT_STEPS), HELD)])
+    moved = np.arange(-PROFILE_STEPS, PROFILE_STEPS + 1) / SHARP_WIDTH**2 * own
+    parts = np.vstack([own, moved, _gaussian(SHARP_WIDTH, NEXT_STEPS)])
+    held = np.diag(np.r_[0.0, 0.0, np.full(len(NEXT_STEPS), NEIGHBOUR_PENALTY)])
     return np.asarray(np.linalg.solve(parts @ parts.T + held, parts)[:2])
 
 
-_GAUSSIANS = _gaussian(WIDTHS) / np.linalg.norm(_gaussian(WIDTHS), axis=1)[:, None]
+_GAUSSIANS = _gaussian(EDGE_WIDTHS) / np.linalg.norm(_gaussian(EDGE_WIDTHS), axis=1)[:, None]
 _EDGE = _edge()
 
 
@@ -144,7 +143,7 @@ _EDGE = _edge()
 def _add_up_all(
     frame: Frame, tiles: Tiles, scale: Ints, seen: Observation, c: int, at: Place, steps: Floats, out: Floats
 ) -> None:
-    """The profiles (M, 2 STEPS + 1) of the lines in one channel, in ``steps`` (M,) px.
+    """The profiles (M, 2 PROFILE_STEPS + 1) of the lines in one channel, in ``steps`` (M,) px.
 
     ``scale`` (L,) are indices into SCALES_PX.
     """
@@ -159,7 +158,7 @@ def _add_up_all(
 def _add_up(
     frame: Frame, channel: Channel, seen: Observation, c: int, at: Place, m: int, step: float, out: Floats
 ) -> None:
-    """The sum of the profiles (2 STEPS + 1,) of the m-th line's samples, about its course."""
+    """The sum of the profiles (2 PROFILE_STEPS + 1,) of the m-th line's samples, about its course."""
     (rows, columns), samples = frame.shape, seen.samples
     near = ON_COURSE_PX * seen.sigma[c, at.line[m]]
     out[:] = 0.0
@@ -171,7 +170,7 @@ def _add_up(
             continue
         nx, ny = -samples.image_direction[i, 1], samples.image_direction[i, 0]
         for k in range(len(out)):
-            u = course + (k - STEPS) * step
+            u = course + (k - PROFILE_STEPS) * step
             x, y = samples.image[i, 0] + u * nx, samples.image[i, 1] + u * ny
             if x >= 0.0 and y >= 0.0 and x < columns - 1 and y < rows - 1:
                 out[k] += derivative_at(channel, x, y, nx, ny)

@@ -1,13 +1,22 @@
-"""From the matcher's hypotheses to refined poses with their support, best first."""
+"""From the matcher's hypotheses to refined poses with their support, best first: a multi-start of refinement.
+
+All are refined coarsely, with turns and edges beside that no small step leads to, and those that come near
+the best in quality to the end. Of very many lines the longest say which pose is worth a look at all of them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
+import numpy as np
+
+from geometry.chains import chains, longest_chains
+from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from vision_server.pose.detail import fewer_lines
+from numerics.arrays import Ints
 from vision_server.pose.hypotheses import edges_around, hypotheses_beside
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
@@ -20,18 +29,20 @@ from vision_server.pose.trust import quality
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), clear quality, share that is finished and starts beside change one pose at most;
 # twelve starts take a fifth more time.
-SAME = (0.15, 0.001)  # degrees, share of the range: a step that ends this close has come to a known pose
-NEAR = (0.5, 0.004)  # of coarsely refined poses, when both would end at one place
-REFINED = 5  # hypotheses of the matcher that are looked at
-COARSE_REACHES_PX, COARSER = (6.0, 4.0), 1.75  # first, with fewer samples; ...
+# Degrees and share of the range: a refinement that ends so close to a known pose has come to that optimum;
+# two coarse ones that are so close would come to one optimum if they were refined to the end.
+ONE_OPTIMUM, ONE_BASIN = (0.15, 0.001), (0.5, 0.004)
+MOST_REFINED = 5  # hypotheses of the matcher that are looked at
+COARSE_REACHES_PX, COARSENING = (6.0, 4.0), 1.75  # first, with fewer samples; ...
 FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
-FINISHED_SHARE = 0.5  # ... those of at least this share of the best one's quality
-SETTLED_PX = 0.03  # a step that moves no line farther is the last one
-CLEAR_QUALITY = 2.0  # from here on, nothing beside the pose can be as good
-BESIDE = 6  # starts that are looked at beside the best pose
-BESIDE_ROUNDS = 3  # and again when that has found a better one
-ROUGHLY_NATS = 10.0  # of evidence, that fewer samples may miss
-TURNED_LACK = 20.0  # nats that a turned pose may lack before it is refined: odds of e^-7 after that
+FINISHED_QUALITY_SHARE = 0.5  # ... those of at least this share of the best one's quality
+CONVERGED_PX = 0.03  # a step that moves no line farther is the last one
+CLEAR_QUALITY = 2.0  # 1/px: from here on, nothing beside the pose can be as good
+MOST_BESIDE, BESIDE_ROUNDS = 6, 3  # starts beside the best pose, and again when that has found a better one
+COARSE_LACK_NATS = 10.0  # of evidence, that fewer samples may miss
+TURNED_LACK_NATS = 20.0  # that a turned pose may lack before it is refined: odds of e^-7 after that
+
+MOST_COMPARED_CURVES = 500  # lines and chains of lines, by hand: a model of no more has all compared
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +83,7 @@ def nowhere(_pose: Pose) -> bool:
 def best_first(
     problem: PoseProblem,
     hypotheses: Sequence[Pose],
-    looked_at: int = REFINED,
+    looked_at: int = MOST_REFINED,
     spin_rad: float = 0.0,
     searched: Callable[[Pose], bool] = nowhere,
 ) -> list[Refined]:
@@ -97,54 +108,52 @@ def best_first(
         rough = roughly(sparse, pose, coarse)
         if rough is not None:
             coarse.append(rough)
-    coarse.sort(key=_rank)
-    _add_spun(coarse, spin_rad)
+    coarse = _with_spun(sorted(coarse, key=_rank), spin_rad)
     turned = coarse[:1]
     for _ in range(BESIDE_ROUNDS if coarse else 0):
         first = coarse[0]
         if first.quality >= CLEAR_QUALITY:
             break
-        add_beside(coarse)
+        coarse = with_beside(coarse)
         if coarse[0] is first:
             break
     if coarse[:1] != turned:
-        _add_spun(coarse, spin_rad)
+        coarse = _with_spun(coarse, spin_rad)
     for first in coarse[:1]:
-        for start in map(first.pose.compose, near_symmetries(problem.model)):
-            if searched(start):
-                add_refined(coarse, first, start)
-    coarse.sort(key=_rank)
+        starts = map(first.pose.compose, near_symmetries(problem.model))
+        coarse = [*coarse, *led_to(first, filter(searched, starts), coarse)]
     distinct: list[Refined] = []
-    for one in coarse:
-        if not any(better.ends_at(one.pose, NEAR) for better in distinct):
+    for one in sorted(coarse, key=_rank):
+        if not any(better.ends_at(one.pose, ONE_BASIN) for better in distinct):
             distinct.append(one)
     if sparse is not problem:
         distinct = [of_all_lines(one, problem) for one in distinct]
-    least = FINISHED_SHARE * max((one.quality for one in distinct), default=0.0)
+    least = FINISHED_QUALITY_SHARE * max((one.quality for one in distinct), default=0.0)
     out = [finished(one) if one.quality >= least else one for one in distinct]
     return sorted(out, key=_rank)
 
 
-def _add_spun(found: list[Refined], spin_rad: float) -> None:
-    """Add the first pose of a nearly round target turned about its axis, see `spun`; best first again."""
-    for first in found[:1]:
-        for pose in spun(first.problem, first.pose, COARSER * first.spacing_px, spin_rad):
-            add_refined(found, first, pose)
-    found.sort(key=_rank)
+def _with_spun(found: list[Refined], spin_rad: float) -> list[Refined]:
+    """Poses with the first of a nearly round target turned about its axis, see `spun`; best first."""
+    if not found:
+        return []
+    first = found[0]
+    starts = spun(first.problem, first.pose, COARSENING * first.spacing_px, spin_rad)
+    return sorted([*found, *led_to(first, starts, found)], key=_rank)
 
 
 def roughly(sparse: PoseProblem, pose: Pose, known: Sequence[Refined]) -> Refined | None:
     """One hypothesis, refined coarsely on scales of its own; None where it ends at a known one."""
     scaled = with_line_scales(sparse, pose)
     spacing = spacing_for(sparse.model, sparse.camera, pose)
-    return refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSER, known=known)
+    return refined(scaled, pose, COARSE_REACHES_PX, spacing, COARSENING, known=known)
 
 
 def of_all_lines(rough: Refined, problem: PoseProblem) -> Refined:
     """A pose that was refined on some of the lines only, with what supports all of them."""
     scaled = with_line_scales(problem, rough.pose)
     spacing = spacing_for(problem.model, problem.camera, rough.pose)
-    support = support_at(scaled, rough.pose, COARSER * spacing)
+    support = support_at(scaled, rough.pose, COARSENING * spacing)
     return rough if support is None else Refined(scaled, rough.solution, support, spacing)
 
 
@@ -165,14 +174,34 @@ def refined(
     solution = None
     for reach in reaches_px:
         solution = refine(problem, pose, (reach,), spacing)
-        if solution is None or any(one.ends_at(solution.pose, SAME) for one in known):
+        if solution is None or any(one.ends_at(solution.pose, ONE_OPTIMUM) for one in known):
             return None
         pose = solution.pose
-        if reach <= EXACT_REACH_PX and solution.moved_px < SETTLED_PX:
+        if reach <= EXACT_REACH_PX and solution.moved_px < CONVERGED_PX:
             break
     assert solution is not None
     support = support_at(problem, solution.pose, spacing)
     return None if support is None else Refined(problem, solution, support, spacing_px)
+
+
+def fewer_lines(problem: PoseProblem) -> PoseProblem:
+    """The problem with the longest MOST_COMPARED_CURVES of its model's lines; all faces still hide.
+
+    Outlines of curved surfaces all stay: which of them are seen depends on the pose.
+    """
+    model, kept = _sparse(problem.model)
+    return problem if model is problem.model else replace(problem, model=model, scale=problem.scale[:, kept])
+
+
+@lru_cache(maxsize=8)
+def _sparse(model: Model) -> tuple[Model, Ints]:
+    """The model with these lines only, and which they are."""
+    chosen = longest_chains(model.vertices, model.lines, model.smooth, chains(model), MOST_COMPARED_CURVES)
+    kept = np.flatnonzero(chosen)
+    if len(kept) == len(model.lines):
+        return model, kept
+    lines, faces, smooth = model.lines[kept], model.line_faces[kept], model.smooth[kept]
+    return replace(model, lines=lines, line_faces=faces, smooth=smooth), kept
 
 
 def of_fewer_lines(best: Refined) -> Refined:
@@ -188,17 +217,19 @@ def finished(rough: Refined) -> Refined:
     return rough if fine is None else replace(fine, to_the_end=True)
 
 
-def add_beside(found: list[Refined]) -> None:
-    """Add the rivals that lie beside the first pose, see `hypotheses`; best first again."""
+def with_beside(found: Sequence[Refined]) -> list[Refined]:
+    """Poses with the rivals that lie beside the first of them, see `hypotheses`; best first."""
     first = found[0]
     near = edges_around(first.problem, first.pose)
-    for start in hypotheses_beside(near, first.pose, len(first.problem.model.lines), BESIDE):
-        add_refined(found, first, start)
-    found.sort(key=_rank)
+    starts = hypotheses_beside(near, first.pose, len(first.problem.model.lines), MOST_BESIDE)
+    return sorted([*found, *led_to(first, starts, found)], key=_rank)
 
 
-def add_refined(found: list[Refined], like: Refined, start: Pose) -> None:
-    """Add what a start leads to with the scales and samples of another pose, unless it is known."""
-    other = refined(like.problem, start, COARSE_REACHES_PX, like.spacing_px, COARSER, known=found)
-    if other is not None:
-        found.append(other)
+def led_to(like: Refined, starts: Iterable[Pose], known: Sequence[Refined]) -> list[Refined]:
+    """What starts lead to, coarsely, with the scales and samples of another pose; none that is known."""
+    found: list[Refined] = []
+    for start in starts:
+        other = refined(like.problem, start, COARSE_REACHES_PX, like.spacing_px, COARSENING, [*known, *found])
+        if other is not None:
+            found.append(other)
+    return found

@@ -1,4 +1,9 @@
-"""Refinement: robust least squares of a pose on sub-pixel edge points along the model's visible lines."""
+"""Refinement of a pose: robust least squares on edge points along the model's visible lines, again and again.
+
+In go a start pose, a few pixels off, and the channels; out come the pose and the equations that it solves.
+It is the loop of edge-based trackers (Drummond and Cipolla 2002): look for edges on the normals of visible
+lines (`observation`), weigh them (`weights`), solve for the step (`solver`), and look again, less far around.
+"""
 
 from __future__ import annotations
 
@@ -18,15 +23,14 @@ from vision_server.pose.weights import base_weights
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), clipping, biases, growth and prior of the rotation change at most three poses
 # from right to wrong or back; a growth of 4 costs four tight ones of 15 and makes errors 1.4 times as large.
-REACHES_PX = (6.0, 4.0, 3.0, 3.0)
+REACHES_PX = (6.0, 4.0, 3.0, 3.0)  # to either side of a line, one after the other
 EXACT_REACH_PX = 3.0  # the pose is near its place when so little is looked around
 CLIPPING_SD_PX = 0.8  # shift of an edge per unit of the second nuisance: clipping by the sensor
-PRIOR_ROTATION_SD_RAD = 0.3
-PRIOR_TRANSLATION_SD = 0.1  # of the range
-ENOUGH_ROWS = 12
+PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD = 0.3, 0.1  # of a step; the latter of the range: hardly any
+FEWEST_EDGE_POINTS = 12  # of all lines, twice the unknowns of a pose
 LINE_BIAS_PX = 0.03  # of a whole sharp line: shading across it, calibration, model
 CLIPPED_BIAS_PX = 0.2  # of a sharp line beside saturated pixels, beyond what all of them share
-BIAS_GROWTH = 2.0  # power of the filter's scale with which both grow: softer edges reach farther
+BIAS_POWER = 2.0  # power of the filter's scale with which both grow: softer edges reach farther
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +64,7 @@ def line_biases(seen: Observation) -> Floats:
     By shading across the line, calibration and model; by saturation beside it; by what runs beside it. All
     grow with the filter's scale. Besides, by what the part's lines are off the model's.
     """
-    growth = seen.sigma[:, seen.samples.line] ** BIAS_GROWTH
+    growth = seen.sigma[:, seen.samples.line] ** BIAS_POWER
     clipped = seen.nuisance[:, :, 1] != 0.0
     own = np.where(clipped, CLIPPED_BIAS_PX * growth, LINE_BIAS_PX * (growth - 1.0))
     seeming = np.where(np.abs(seen.neighbours) > own, seen.neighbours, own)
@@ -120,14 +124,14 @@ def refine(
     Returns
     -------
     The refined pose, or None when there is nothing to hold on to: the model is out of sight, or fewer than
-    ENOUGH_ROWS edge points are near it.
+    FEWEST_EDGE_POINTS edge points are near it.
     """
     pose, solution = start, None
     spacing = spacing_for(problem.model, problem.camera, pose) if spacing_px is None else spacing_px
     for reach in reaches_px:
         seen = observe(problem, pose, reach, spacing)
         base = base_weights(seen, reach <= EXACT_REACH_PX)
-        if int((base > 0).sum()) < ENOUGH_ROWS:
+        if int((base > 0).sum()) < FEWEST_EDGE_POINTS:
             return None
         step, weight = solve(seen, base, float(np.linalg.norm(pose.translation)), problem.tone_sd_px)
         if not np.isfinite(step).all():

@@ -1,4 +1,4 @@
-"""Which other poses are weighed: those found, turned onto near symmetries, about the axis of a round part."""
+"""Which other poses are weighed, found ones and turns of the best, and what speaks against each before."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from geometry.turns import free_turns
 from vision_server.pose.alternatives import image_of
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.places import apart, as_rival
-from vision_server.pose.ranking import COARSER, ROUGHLY_NATS, Refined
+from vision_server.pose.ranking import COARSE_LACK_NATS, COARSENING, Refined
 from vision_server.pose.support import PoseSupport, support_at
 
-# Chosen by hand.
-SAME = (2.0, 0.01)  # degrees, share of the range: two refined poses that are one
-BEYOND_NATS = 10.0  # of evidence, that a target is off its seed pose by no more than this may be, ...
-BEYOND = 0.5  # ... of the search range's margin: from so far beyond the range on
+ONE_RIVAL_WITHIN = (2.0, 0.01)  # degrees, share of the range: two refined poses are one (by hand)
+# By hand: nats that a target is off its seed pose by no more than this part of the range's margin.
+BEYOND_NATS, BEYOND_MARGINS = 10.0, 0.5
 # That a seed pose is not turned onto a near symmetry. Where turns explain as much, a pose has 0.95 at most:
 # of 196 estimates of true models that only their seed pose told from a turn, 195 were right (docs/trust.md).
 TURNED_NATS = 9.0
-NEARLY_NATS = 7.0  # of evidence that a turn may explain less, and still be a rival
-ALIKE = 0.8  # share of the quality of two poses that explain the images alike
-CLEARLY, CLEARLY_NATS = 0.5, 12.0  # the same, of one that explains more by so many nats
+RIVAL_LACK_NATS = 7.0  # that a turn may explain less, and still have odds of a tenth as a rival (by hand)
+# By hand: share of the first one's quality from which a pose may go before it; and of one that explains more
+# by so many nats.
+ALIKE_QUALITY_SHARE, CLEARLY_QUALITY_SHARE, CLEARLY_NATS = 0.8, 0.5, 12.0
 
 
 def nats_against(beyond: float) -> float:
     """What speaks against a pose that is so far beyond the search range (within it: less than 0), nats."""
-    return BEYOND_NATS * min(1.0, max(0.0, beyond) / BEYOND)
+    return BEYOND_NATS * min(1.0, max(0.0, beyond) / BEYOND_MARGINS)
 
 
 def anywhere(_pose: Pose) -> float:
@@ -51,10 +51,10 @@ def likeliest_first(found: Sequence[Refined], beyond: Callable[[Pose], float]) -
 
     def may_go_before(one: Refined) -> bool:
         if likely(one) >= likely(first) + CLEARLY_NATS:
-            return one.quality >= CLEARLY * first.quality
-        return beyond(one.pose) < beyond(first.pose) and one.quality >= ALIKE * first.quality
+            return one.quality >= CLEARLY_QUALITY_SHARE * first.quality
+        return beyond(one.pose) < beyond(first.pose) and one.quality >= ALIKE_QUALITY_SHARE * first.quality
 
-    alike = [one for one in found[1:] if may_go_before(one) and not first.ends_at(one.pose, SAME)]
+    alike = [one for one in found[1:] if may_go_before(one) and not first.ends_at(one.pose, ONE_RIVAL_WITHIN)]
     best = max((*alike, first), key=likely)  # the first of those that explain as much
     return [best, *(one for one in found if one is not best)]
 
@@ -72,7 +72,7 @@ def rivals_of(
     """
     best, distinct = found[0], list(found[:1])
     for one in found[1:]:
-        if not any(better.ends_at(one.pose, SAME) for better in distinct):
+        if not any(better.ends_at(one.pose, ONE_RIVAL_WITHIN) for better in distinct):
             distinct.append(one)
     own = nats_against(beyond(best.pose))
     out = [(pose, support, TURNED_NATS - own) for pose, support in turned(best, searched)]
@@ -114,8 +114,8 @@ def turned_round(best: Refined) -> list[tuple[Pose, PoseSupport]]:
 
 
 def _nearly_as_likely(best: Refined, poses: Sequence[Pose]) -> Iterator[tuple[Pose, PoseSupport]]:
-    """Those of some poses, with their support, that explain no more than NEARLY_NATS less than the best."""
-    slacks = ((COARSER, ROUGHLY_NATS + NEARLY_NATS), (1.0, NEARLY_NATS))
+    """Those of some poses, with their support, that explain RIVAL_LACK_NATS less than the best at most."""
+    slacks = ((COARSENING, COARSE_LACK_NATS + RIVAL_LACK_NATS), (1.0, RIVAL_LACK_NATS))
     least = [(coarser * best.spacing_px, best.support.evidence - slack) for coarser, slack in slacks]
     return explaining(best.problem, poses, least)
 

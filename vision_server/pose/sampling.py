@@ -1,4 +1,4 @@
-"""How densely the lines of a model are sampled, and where on its line each sample is."""
+"""How densely a model's visible lines are sampled in the image, and where on its line each sample is."""
 
 from __future__ import annotations
 
@@ -11,14 +11,20 @@ from geometry.visibility import DENSEST_PX, Samples, visible_samples
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 
-MOST_SAMPLES = 450
+SAMPLES_A_TARGET = 450  # at most about so many (by hand): time is in proportion
 COUNTING_SPACING_PX = 4.0  # while the visible length is looked at
+SPARSE_SPACING_PX, MOST_SPARSE_SAMPLES = 4.0, 12  # of a line, for a look at what runs beside it (by hand)
 
 
 def spacing_for(model: Model, camera: Camera, pose: Pose) -> float:
-    """Spacing of samples, px: about MOST_SAMPLES of a large target, short lines apart."""
+    """Spacing of samples, px: about SAMPLES_A_TARGET of a large target, short lines apart."""
     seen = visible_samples(model, camera, pose, COUNTING_SPACING_PX)
-    return max(DENSEST_PX, float(seen.px.sum()) / MOST_SAMPLES)
+    return max(DENSEST_PX, float(seen.px.sum()) / SAMPLES_A_TARGET)
+
+
+def sparse_samples(model: Model, camera: Camera, pose: Pose) -> Samples:
+    """A few samples of each visible line, for a look at what runs beside it."""
+    return thinned(visible_samples(model, camera, pose, SPARSE_SPACING_PX), MOST_SPARSE_SAMPLES)
 
 
 def thinned(samples: Samples, most: int) -> Samples:

@@ -23,9 +23,9 @@ from numerics.cholesky import solve_positive
 from numerics.kernels import kernel
 from vision_server.channels.noise import MAD_TO_SD
 
-ITERATIONS = 5  # of reweighting; more change a pose by less than its noise (chosen by hand)
+SOLVER_ITERATIONS = 5  # of reweighting; more change a pose by less than its noise (chosen by hand)
 TUKEY = 4.685  # 95 % efficient on Gaussian residuals (Holland & Welsch 1977)
-FIRST_CUT_PX = 3.0  # least; where most edge points lie on their lines, one that is farther off is not theirs
+FIRST_CUT_PX = 3.0  # of the first one, least: one farther off a line is not its own if most are on theirs
 LEAST_SCALE_PX = 0.12  # of the residuals: what one edge point is off by at best, see SYSTEMATIC_SD_PX
 SAMPLES_TOGETHER = 10.0  # neighbouring edge points that are worth one, when weighed against a prior
 MEDIAN_BIN_PX, MEDIAN_BINS = 0.01, 2000  # of the histogram that medians are taken from
@@ -70,7 +70,7 @@ def solve_plainly(equations: Equations) -> tuple[Floats, Floats]:
     offset, bias = np.nan_to_num(equations.offset), equations.bias
     step: Floats = np.zeros(UNKNOWNS)
     weight = equations.base
-    for iteration in range(ITERATIONS):
+    for iteration in range(SOLVER_ITERATIONS):
         residual = np.abs(offset - rows @ step)
         sigma = max(LEAST_SCALE_PX, MAD_TO_SD * weighted_median(residual, equations.base))
         cut = max(TUKEY * sigma, FIRST_CUT_PX if iteration == 0 else 0.0)
@@ -96,7 +96,7 @@ def solve_reweighted(equations: Equations) -> tuple[Floats, Floats]:
     weight = equations.base.copy()
     residual = np.empty(weight.shape)
     step = np.zeros(UNKNOWNS)
-    for iteration in range(ITERATIONS):
+    for iteration in range(SOLVER_ITERATIONS):
         _residuals(equations, step, residual)
         sigma = max(LEAST_SCALE_PX, MAD_TO_SD * weighted_median(residual, equations.base))
         cut = max(TUKEY * sigma, FIRST_CUT_PX if iteration == 0 else 0.0)

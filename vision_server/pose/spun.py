@@ -18,15 +18,16 @@ from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.support import CAP_PX, support_at
 
-STEP_PX = 1.5 * CAP_PX  # that the farthest point moves between two turns: its edge is seen from one of both
+SPIN_STEP_PX = 1.5 * CAP_PX  # of the farthest point between two turns: its edge is seen from one of both
 LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)
 # Between the best turn and the median one: evidence of an image, and share of the visible length. On 16 views
 # of a flange of 128 segments 8 to 24 and 0.03 to 0.08 where the best turn was often wrong, 42 to 118 and 0.08
 # to 0.22 where the holes were seen.
-UNSEEN = (30.0, 0.06)
-MOST_LOOKED_AT, LEAST_LOOKED_AT = 48, 8  # turns, for that: all around, or an n-th of it where it has n folds
-CLEARLY = 0.03  # of the visible length: by so much a turn must be better; two that differ by less are alike
-MOST_ALIKE = 2  # turns that are looked at where none is clearly better (chosen by hand)
+UNSEEN_SPREAD = (30.0, 0.06)
+# Turns that are looked at for that: all around, or an n-th of it where it has n folds, but so many at least.
+MOST_TURNS_ALL_AROUND, LEAST_TURNS_A_FOLD = 48, 8
+STRONGER = 0.03  # strength by which a turn must be better; two that differ by less are alike
+MOST_UNCLEAR_TURNS = 2  # turns that are looked at where none is clearly better (chosen by hand)
 
 
 def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) -> list[Pose]:
@@ -50,12 +51,12 @@ def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) 
         found = [support_at(problem, one, spacing_px) for one in turns]
         strength = np.array([0.0 if support is None else support.strength for support in found])
         peaks = _peaks(strength)
-        clear = peaks[strength[peaks] >= max(strength[count], strength.max() - 2.0 * CLEARLY) + CLEARLY]
+        clear = peaks[strength[peaks] >= max(strength[count], strength.max() - 2.0 * STRONGER) + STRONGER]
         seen_px = np.array([0.0 if one is None else one.strength * one.samples.px.sum() for one in found])
         if len(clear):
             out.append(turns[clear[np.argmin(np.abs(clear - count))]])
         else:
-            most = sorted(_peaks(seen_px), key=lambda k: -seen_px[k])[:MOST_ALIKE]
+            most = sorted(_peaks(seen_px), key=lambda k: -seen_px[k])[:MOST_UNCLEAR_TURNS]
             out += [turns[k] for k in most if abs(k - count) > 1 and seen_px[k] > seen_px[count]]
     return out
 
@@ -76,12 +77,12 @@ def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[F
         step = _step(problem.model, axis, centre, pose, problem.camera.fx)
         folds = folds_about(problem.model, axis)
         turns = np.arange(0.0, 2.0 * math.pi / folds, step)
-        most = max(LEAST_LOOKED_AT, MOST_LOOKED_AT // folds)
+        most = max(LEAST_TURNS_A_FOLD, MOST_TURNS_ALL_AROUND // folds)
         some = turns[np.unique(np.linspace(0, len(turns) - 1, most).astype(int))]
         starts = (turned_about(pose, axis, centre, turn) for turn in some)
         found = [support_at(problem, one, 2.0 * spacing_px) for one in starts]
         told = np.array([(one.evidence, one.strength) for one in found if one is not None]).reshape(-1, 2)
-        if len(told) and (np.ptp([told.max(axis=0), np.median(told, axis=0)], axis=0) < UNSEEN).any():
+        if len(told) and (np.ptp([told.max(axis=0), np.median(told, axis=0)], axis=0) < UNSEEN_SPREAD).any():
             out.append(axis)
     return tuple(out)
 
@@ -95,4 +96,4 @@ def _step(model: Model, axis: Floats, centre: Floats, pose: Pose, focal_px: floa
     """By how much two turns about an axis differ, rad."""
     aside = np.linalg.norm(np.cross(model.vertices - centre, axis), axis=1).max()
     radius_px = float(aside * focal_px / np.linalg.norm(pose.translation))
-    return min(max(STEP_PX / max(radius_px, 1.0), LEAST_STEP_RAD), MOST_STEP_RAD)
+    return min(max(SPIN_STEP_PX / max(radius_px, 1.0), LEAST_STEP_RAD), MOST_STEP_RAD)

@@ -1,4 +1,4 @@
-"""Small steps of a pose: about which point they turn, and how far they move lines in the image."""
+"""Small steps of a pose: what they turn about, and the Jacobian of points in the image along line normals."""
 
 from __future__ import annotations
 

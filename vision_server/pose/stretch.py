@@ -19,24 +19,23 @@ from geometry.visibility import Samples
 from numerics.arrays import Floats
 from vision_server.pose.covariance import unknowns_of
 from vision_server.pose.hypotheses import edges_around, explained
-from vision_server.pose.ranking import COARSER, Refined, of_fewer_lines, refined
+from vision_server.pose.ranking import COARSENING, Refined, of_fewer_lines, refined
 from vision_server.pose.refinement import Solution, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.pose.trust import LEAST_STRETCH, Misfit
 
-# Chosen by hand where nothing else is said.
-STRETCH_SD = 0.1  # of the logarithm of an axis' scale: what is still taken for the same part (chosen by hand)
-TOLERATED_SD = 0.003  # of it, for a model to be true: moves the pose by a third of what counts as wrong
+# Of the logarithm of an axis' scale, one sd: of what is still taken for the same part (by hand), and of what
+# a true model may have, which moves the pose by a third of what counts as wrong.
+STRETCH_SD, TOLERATED_STRETCH_SD = 0.1, 0.003
 ENOUGH_SUPPORT = 0.95  # of the visible length, with which another model has nothing to explain
-NEAR_PX = (4.0, 3.0)  # reaches
-SETTLED = 2  # steps of a fit towards its scales
-LARGEST = 0.3  # of a logarithm
+FIT_REACHES_PX = (4.0, 3.0)  # of the fits of stretched models, whose lines are near
+STRETCH_STEPS, MOST_STRAIN = 2, 0.3  # of a fit towards its scales, and the largest logarithm of one
 BANDS_PX = (1.5, 12.0, 40.0)  # around the lines, in which edges are looked for
 FAR_BANDS_PX = (*BANDS_PX, 120.0)  # where one end of a part is kept, and the other is off by all of a stretch
-HELD = 0.6  # support of a line whose edge points hold the pose
-SCANNED = np.r_[-np.arange(2, 26), np.arange(2, 26)] * 0.01  # logarithms
+HELD_SUPPORT = 0.6  # of a line whose edge points hold the pose (by hand)
+SCANNED = np.r_[-np.arange(2, 26), np.arange(2, 26)] * 0.01  # 2 to 25 %, as logarithms
 MOST_ENDS = 2  # ways of keeping one end of a part that are followed
-WORTH = 0.03  # of the visible length must be explained besides, for a fit
+WORTH_EXPLAINED = 0.03  # of the visible length, that a fit must explain besides (by hand)
 STRAINS = np.zeros((6, 3, 3))  # of the axes, and between two of them: the angle that is no longer a right one
 STRAINS[range(3), range(3), range(3)] = 1.0
 for _shear, (_one, _other) in enumerate(((0, 1), (0, 2), (1, 2)), start=3):
@@ -51,7 +50,7 @@ def misfit(best: Refined) -> Misfit:
     gain, found = 0.0, np.r_[step, np.zeros(3)]
     best = of_fewer_lines(best)
     starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
-    itself = refined(best.problem, best.pose, NEAR_PX, best.spacing_px, COARSER) if starts else None
+    itself = refined(best.problem, best.pose, FIT_REACHES_PX, best.spacing_px, COARSENING) if starts else None
     if itself is not None and itself.quality > 0.0:
         for strain, quality in _followed(best, starts):
             better = math.log2(max(quality, 1e-9) / itself.quality)
@@ -95,7 +94,7 @@ def significance_of(strain: Floats, covariance: Floats) -> float:
     Of logarithms of the three axes' scales (3,), and their covariance (3, 3).
     """
     between = BETWEEN_AXES @ strain
-    covariance = covariance + TOLERATED_SD**2 * np.eye(3)
+    covariance = covariance + TOLERATED_STRETCH_SD**2 * np.eye(3)
     return float(between @ np.linalg.solve(BETWEEN_AXES @ covariance @ BETWEEN_AXES.T, between))
 
 
@@ -108,7 +107,7 @@ def _scanned(best: Refined) -> list[tuple[Floats, Pose]]:
     line, px, rows = near.samples.line, near.samples.px, near.jacobian
     held = np.where((np.abs(near.offset) <= BANDS_PX[0]).any(axis=1), px, 0.0)
     holds = np.zeros(len(model.lines), dtype=np.bool_)
-    holds[[one.line for one in best.support.lines if one.support >= HELD]] = True
+    holds[[one.line for one in best.support.lines if one.support >= HELD_SUPPORT]] = True
     held[~holds[line]] = 0.0
     prior = prior_precision(float(np.linalg.norm(pose.translation)), 1.0)[:6]
     rates = motion_of_strains(near.samples, rows, model, pose)
@@ -123,7 +122,7 @@ def _scanned(best: Refined) -> list[tuple[Floats, Pose]]:
         along[:, 0] = rates[:, kind]
         gains = [explained(along, near.offset, px, np.r_[log, np.zeros(5)]) - itself for log in SCANNED]
         most = int(np.argmax(gains))
-        if gains[most] > WORTH:
+        if gains[most] > WORTH_EXPLAINED:
             log = SCANNED[most]
             out.append((gains[most], log * np.eye(6)[kind], moved(pose, log * kept[:, kind], near.centre)))
     out.sort(key=lambda one: -one[0])
@@ -148,7 +147,7 @@ def _at_one_end(best: Refined) -> list[tuple[float, Floats, Pose]]:
                 along[:, 0] = shift
                 gains[k] += explained(along, near.offset, near.samples.px, np.eye(6)[0])
             most = int(np.argmax(gains))
-            if gains[most] > WORTH:
+            if gains[most] > WORTH_EXPLAINED:
                 log = SCANNED[most]
                 kept = pose.translation - math.expm1(log) * end * pose.matrix[:, axis]
                 found.append((gains[most], log * np.eye(6)[axis], Pose(pose.rotation_vector, kept)))
@@ -157,7 +156,7 @@ def _at_one_end(best: Refined) -> list[tuple[float, Floats, Pose]]:
 
 
 def _shifts_from(best: Refined, samples: Samples, axis: int, end: float) -> Floats:
-    """How far each of SCANNED moves samples along their normals, px, (S, N), if an end of an axis is kept.
+    """How far SCANNED move samples along their normals, px, (S, N), if an end of an axis is kept.
 
     ``end`` is where that is beside the model's middle, m.
     """
@@ -174,11 +173,13 @@ def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Fl
     found = []
     for first, start in starts:
         strain, fit = first, _fitted(best, first, start)
-        for _ in range(SETTLED):
+        for _ in range(STRETCH_STEPS):
             if fit is None:
                 break
             found.append((strain, fit.quality))
-            strain = np.clip(strain + strain_of(fit.problem.model, fit.solution)[0], -LARGEST, LARGEST)
+            strain = np.clip(
+                strain + strain_of(fit.problem.model, fit.solution)[0], -MOST_STRAIN, MOST_STRAIN
+            )
             fit = _fitted(best, strain, fit.pose)
         if fit is not None:
             found.append((strain, fit.quality))
@@ -187,4 +188,4 @@ def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Fl
 
 def _fitted(best: Refined, strain: Floats, start: Pose) -> Refined | None:
     problem = replace(best.problem, model=stretched(best.problem.model, strain))
-    return refined(problem, start, NEAR_PX, best.spacing_px, COARSER)
+    return refined(problem, start, FIT_REACHES_PX, best.spacing_px, COARSENING)

@@ -1,4 +1,8 @@
-"""How well the images support a pose: per-line errors, and an RMS that losing lines cannot lower."""
+"""How well the images support a pose: per-line errors, and an RMS that losing lines cannot lower.
+
+In goes an observation; out come which samples of visible lines have an edge, and the evidence of that: a log
+likelihood ratio, of lines that are there over edges that lie beside them by chance.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +17,7 @@ from geometry.pose import Pose
 from geometry.visibility import Samples
 from numerics.arrays import Flags, Floats
 from vision_server.pose.coincident import Told, told_once
-from vision_server.pose.hidden_together import HIDDEN, evidence_of
+from vision_server.pose.hidden_together import NOT_SEEN_NATS, evidence_of
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.weights import line_trust
 
@@ -29,7 +33,7 @@ SEEN, BY_CHANCE = 0.92, 0.2
 # In a row of lines so far apart an edge is within SUPPORT_PX of any place by that chance; nearer, by more.
 CROWDED_PX = 2.0 * SUPPORT_PX / BY_CHANCE
 RUN_PX, MOST_RUNS = 10.0, 4.0  # neighbours have support together; a longer line is on clutter or is not
-MISSING = 0.3  # of its length: a line with less support is missing
+MISSING_SUPPORT = 0.3  # of its length: a line with less support is missing
 
 
 @dataclass(frozen=True)
@@ -136,7 +140,7 @@ class PoseSupport:
     @property
     def evidence(self) -> float:
         """Log likelihood of all lines, nats, over that of chance: one that is not seen may be hidden."""
-        return float(np.maximum(self._evidence, -HIDDEN).sum())
+        return float(np.maximum(self._evidence, -NOT_SEEN_NATS).sum())
 
     @property
     def evidence_together(self) -> float:
@@ -153,9 +157,9 @@ class PoseSupport:
 
     @property
     def missing(self) -> float:
-        """Share of the visible length that is of lines with support of less than MISSING."""
+        """Share of the visible length that is of lines with support of less than MISSING_SUPPORT."""
         visible, supported = self._visible, self._by_own(self._told.seen)
-        return float(visible[supported < MISSING * visible].sum() / visible.sum())
+        return float(visible[supported < MISSING_SUPPORT * visible].sum() / visible.sum())
 
     @property
     def shares(self) -> dict[int, float]:

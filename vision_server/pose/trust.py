@@ -1,4 +1,8 @@
-"""How sure an estimate is right: a calibrated probability from the evidence of its lines, and its rivals'."""
+"""How sure an estimate is right: a calibrated probability from the evidence of its lines, and its rivals'.
+
+Two logistic functions, fitted by `benchmarks.trust_fit` to estimates whose truth is known, give the belief in
+a pose by itself; what its best rival explains divides it. docs/trust.md says how well both are calibrated.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from geometry.pose import RIGHT
 from vision_server.pose.support import NORMAL_FLOOR_PX, PoseSupport
 
 
@@ -20,11 +25,11 @@ class Coefficients(NamedTuple):
     # wrong models.
     bias: float = -4.25
     log2_confirmed: float = 1.32  # of 1 + the evidence of the lines that are there, nats
-    log2_missing: float = -1.25  # of 1 + the share of the visible length in missing lines over SOME
-    log_uncertainty: float = -1.07  # of the uncertainty over LIMIT
+    log2_missing: float = -1.25  # of 1 + the share of the visible length in missing lines over SOME_MISSING
+    log_uncertainty: float = -1.07  # of the uncertainty over RIGHT_UNCERTAINTY
     root_gain: float = -2.26  # of how much better a stretched model fits
     gain: float = -1.22  # of what of that is over CLEAR_GAIN
-    log2_significance: float = -1.04  # of 1 + the squared stretch over USUAL
+    log2_significance: float = -1.04  # of 1 + the squared stretch over USUAL_STRETCH_CHI2
     # Of a pose that has taken the last step: fitted to 2021 estimates of 310 drawn scenes. Missing lines do
     # not agree, and the uncertainty is in how far off the pose may be: neither counts twice.
     settled_bias: float = -6.53
@@ -34,27 +39,27 @@ class Coefficients(NamedTuple):
     # Of a target of many lines, in poor light, many agree and many are missing: what is confirmed beyond
     # MOST_CONFIRMED speaks for it, too. A fit to 300 estimates of docking gear has 0.6 to 0.75.
     log2_more: float = 0.66
-    # Of the share of the visible length that is missing over MOSTLY: an arm hides half of a part now and
-    # then, a wrong model misses as much more often. By hand.
+    # Of the share of the visible length that is missing over MOSTLY_MISSING: an arm hides half of a part now
+    # and then, a wrong model misses as much more often. By hand.
     mostly_missing: float = -10.0
 
 
 FITTED = Coefficients()
 # Of what is confirmed more than so many nats is no further reason to believe, without and with the last step.
 MOST_CONFIRMED, MOST_OF_ALL = 63.0, 255.0
-SOME, MOSTLY = 0.1, 0.45  # shares of the visible length that are missing
-ROOM, LEAST_SCATTER = 0.05, 0.02  # that keep the logarithms of agreement finite
+SOME_MISSING, MOSTLY_MISSING = 0.1, 0.45  # shares of the visible length that are missing
+AGREEMENT_ROOM, SCATTER_ROOM = 0.05, 0.02  # that keep the logarithms of agreement finite
 CLEAR_GAIN = 0.3  # of a stretched model, log2 of the quality's ratio
-USUAL = 4.0  # squared stretch that true models hardly exceed
+USUAL_STRETCH_CHI2 = 4.0  # squared stretch that true models hardly exceed
 # Ambiguity from which on lines that agree say nothing for a pose: its rival shares them. By hand.
 SHARED = 0.01
-LIMIT = 0.01  # 1 % of the range, 1 degree
+RIGHT_UNCERTAINTY = RIGHT[1]  # 1 % of the range or 1 degree, see `covariance.uncertainty`
 LEAST_STRETCH = 0.01  # of an axis against another, for a fit to be of another part: what moves a pose by 1 %
 # A model is wrong, not perhaps, from here on: of a true one, in 89 sets of two and five images of 45 scenes,
 # the significance is 5.1 and the gain 1.5 at most (benchmarks.wrong_models).
 SURELY_SIGNIFICANT, SURE_GAIN = 10.0, 2.0
 RIGHT_OF_WRONG_MODEL = 0.66  # share of such poses that are right: 23 of 35 with a model 2 % too long
-TAILS = 1.3  # errors over stated standard deviations, in hard light (by hand, from their 90th percentile)
+ERROR_OVER_SD = 1.3  # of poses in hard light, over stated standard deviations: by their 90th percentile
 RIVAL_NATS = 3.0  # of evidence between two poses, for odds of e: neighbouring lines speak together; by hand
 LEAST_UNCERTAINTY = 0.0005  # being surer than this is no further reason to believe
 WORTH_DOUBTING = 0.05  # a less likely pose is not believed anyway
@@ -128,7 +133,7 @@ def confidence(
 
     That it is the right one, see `belief`, times that it is off by no more than it may be.
     """
-    within = math.erf(LIMIT / (math.sqrt(2.0) * TAILS * max(uncertainty, 1e-9)))
+    within = math.erf(RIGHT_UNCERTAINTY / (math.sqrt(2.0) * ERROR_OVER_SD * max(uncertainty, 1e-9)))
     return within * belief(support, ambiguity, uncertainty, doubt, agreement, by)
 
 
@@ -172,15 +177,13 @@ def _by_lines(support: PoseSupport, uncertainty: float, doubt: Misfit | None, by
     logit = (
         by.bias
         + by.log2_confirmed * math.log2(1.0 + min(support.confirmed, MOST_CONFIRMED))
-        + by.log2_missing * math.log2(1.0 + support.missing / SOME)
-        + by.log_uncertainty * math.log(max(uncertainty, LEAST_UNCERTAINTY) / LIMIT)
+        + by.log2_missing * math.log2(1.0 + support.missing / SOME_MISSING)
+        + by.log_uncertainty * math.log(max(uncertainty, LEAST_UNCERTAINTY) / RIGHT_UNCERTAINTY)
     )
     return logit + (0.0 if doubt is None else _of_other_models(doubt, by.log2_significance, by))
 
 
-def _settled(
-    support: PoseSupport, doubt: Misfit | None, agreement: LineAgreement, by: Coefficients
-) -> float:
+def _settled(support: PoseSupport, doubt: Misfit | None, agreement: LineAgreement, by: Coefficients) -> float:
     """The same, of a pose that has taken the last step."""
     share = agreement.share
     more = max(MOST_CONFIRMED, min(support.confirmed, MOST_OF_ALL))
@@ -188,9 +191,9 @@ def _settled(
         by.settled_bias
         + by.log2_confirmed * math.log2(1.0 + min(support.confirmed, MOST_CONFIRMED))
         + by.log2_more * math.log2((1.0 + more) / (1.0 + MOST_CONFIRMED))
-        + by.agreeing * math.log((share + ROOM) / (1.0 + ROOM - share))
-        + by.log_scatter * math.log(agreement.scatter + LEAST_SCATTER)
-        + by.mostly_missing * max(0.0, support.missing - MOSTLY)
+        + by.agreeing * math.log((share + AGREEMENT_ROOM) / (1.0 + AGREEMENT_ROOM - share))
+        + by.log_scatter * math.log(agreement.scatter + SCATTER_ROOM)
+        + by.mostly_missing * max(0.0, support.missing - MOSTLY_MISSING)
     )
     return logit + (0.0 if doubt is None else _of_other_models(doubt, by.log2_stretch, by))
 
@@ -198,7 +201,7 @@ def _settled(
 def _of_other_models(doubt: Misfit, per_log2_stretch: float, by: Coefficients) -> float:
     """What another model's doing better speaks against a pose, as log odds."""
     gain = by.root_gain * math.sqrt(max(0.0, doubt.gain)) + by.gain * max(0.0, doubt.gain - CLEAR_GAIN)
-    return gain + per_log2_stretch * math.log2(1.0 + doubt.significance / USUAL)
+    return gain + per_log2_stretch * math.log2(1.0 + doubt.significance / USUAL_STRETCH_CHI2)
 
 
 def odds(

@@ -1,4 +1,4 @@
-"""What an edge point counts before its residual is known: noise, strength, and trust in its line."""
+"""Weights (C, N) of edge points, 1/px^2, before residuals are known: noise, strength, trust in their line."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ SYSTEMATIC_SD_PX = 0.12  # of one edge point: pixel grid, texture and shading be
 # Where lines meet, each pulls at the other's edge: the scatter is 0.42 px at blurred corners, 0.2 px three
 # and 0.08 px six pixels away.
 END_SD_PX, END_REACH_PX = 0.45, 4.0
-# Chosen by hand where nothing else is said.
-STRONG_SHARE = 0.7  # of the edge points of a channel are weaker than its strong ones
-FEW = 48  # values that are sorted one by one for their median
-FADED = 25.0  # exponent from which on the scatter at the end of a line is nothing beside the rest
-SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half
+STRONG_STRENGTH_RANK = 0.7  # share of a channel's edge points that are weaker than its strong ones (by hand)
+MOST_INSERTED = 48  # up to so many values are sorted by insertion for their median
+FADED_EXPONENT = 25.0  # from here on the scatter at the end of a line is nothing beside the rest: e^-25
+HALF_WEIGHT_PX = 0.5  # from a line's straight edge, at which an edge point counts half for it (by hand)
+HALF_TRUST_SCATTER_PX = 0.35  # scatter about its own straight line at which a line counts half (by hand)
 
 
 @kernel()
 def line_trust(seen: Observation) -> Floats:
     """How straight and complete the edge points of each channel are along each line, 0..1, (C, L).
 
-    share^2 / (1 + (scatter / SCATTER_PX)^2). Texture beside a crease that has no contrast in one light,
-    shadow edges and clutter give edge points that are few, or that scatter about any straight line.
+    share^2 / (1 + (scatter / HALF_TRUST_SCATTER_PX)^2). Texture beside a crease that has no contrast in
+    one light, shadow edges and clutter give edge points that are few, or scatter about any straight line.
     """
     line, offset = seen.samples.line, seen.offset
     channels, count = offset.shape
@@ -46,7 +46,7 @@ def line_trust(seen: Observation) -> Floats:
                     found += 1
             if found >= 3:
                 share = found / (end - start)
-                ratio = _scatter(x[:found], y[:found], room[:found]) / SCATTER_PX
+                ratio = _scatter(x[:found], y[:found], room[:found]) / HALF_TRUST_SCATTER_PX
                 out[c, line[start]] = share * share / (1.0 + ratio * ratio)
         start = end
     return out
@@ -56,7 +56,7 @@ def line_trust(seen: Observation) -> Floats:
 def _median(values: Floats) -> float:
     """Median of values (N,), which are sorted in place."""
     count = len(values)
-    if count > FEW:
+    if count > MOST_INSERTED:
         return float(np.median(values))
     for i in range(1, count):
         value, k = values[i], i
@@ -72,7 +72,8 @@ def _median(values: Floats) -> float:
 def _scatter(x: Floats, y: Floats, room: Floats) -> float:
     """Robust scatter of y about its straight line over x, px: the median residual, once reweighted.
 
-    ``room`` (N,) to work in.
+    ``room`` (N,) to work in. A fit as `tracking.lines` and `courses` have, but of the scatter alone, which is
+    asked for at each pose that is looked at: these take weights, and reweigh until the line stays.
     """
     count = len(x)
     mean_x, mean_y, slope = 0.0, 0.0, 0.0
@@ -81,7 +82,7 @@ def _scatter(x: Floats, y: Floats, room: Floats) -> float:
         for i in range(count):
             weight = 1.0
             if iteration > 0:
-                weight = 1.0 / (1.0 + ((y[i] - mean_y - slope * (x[i] - mean_x)) / 0.5) ** 2)
+                weight = 1.0 / (1.0 + ((y[i] - mean_y - slope * (x[i] - mean_x)) / HALF_WEIGHT_PX) ** 2)
             room[i] = weight
             total += weight
             sum_x += weight * x[i]
@@ -122,7 +123,7 @@ def base_weights(seen: Observation, exact_ends: bool) -> Floats:
                 number += 1
         if number == 0:
             continue
-        rank = int(STRONG_SHARE * (number - 1))
+        rank = int(STRONG_STRENGTH_RANK * (number - 1))
         strong = max(np.partition(found[:number], rank)[rank], 1e-12)
         for i in range(count):
             if not np.isfinite(offset[c, i]):
@@ -130,7 +131,7 @@ def base_weights(seen: Observation, exact_ends: bool) -> Floats:
             own = seen.sigma[c, samples.line[i]]
             near_end = 0.0
             faded = (seen.from_end[i] / (END_REACH_PX * own)) ** 2
-            if exact_ends and faded < FADED:
+            if exact_ends and faded < FADED_EXPONENT:
                 near_end = END_SD_PX * math.exp(-faded)
             variance = seen.sd[c, i] ** 2 + (SYSTEMATIC_SD_PX**2 + near_end**2) * own**2
             share = min(1.0, abs(seen.strength[c, i]) / strong)

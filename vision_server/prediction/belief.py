@@ -8,8 +8,8 @@ import numpy as np
 
 from geometry.visibility import Samples
 from numerics.arrays import Floats
-from vision_server.pose.support import BY_CHANCE, MISSING, MOST_RUNS, RUN_PX, SEEN
-from vision_server.pose.trust import FITTED, MOST_CONFIRMED, SOME
+from vision_server.pose.support import BY_CHANCE, MISSING_SUPPORT, MOST_RUNS, RUN_PX, SEEN
+from vision_server.pose.trust import FITTED, MOST_CONFIRMED, SOME_MISSING
 
 
 class Belief:
@@ -41,8 +41,8 @@ class Belief:
         seen, unseen = math.log(SEEN / BY_CHANCE), math.log((1.0 - SEEN) / (1.0 - BY_CHANCE))
         share = self._share + (1.0 - self._share) * shown
         confirmed = np.maximum(self._runs * (share * seen + (1.0 - share) * unseen), 0.0).sum(axis=1)
-        missing = ((self._share < MISSING) * (1.0 - shown)) @ self._px / self._px.sum()
+        missing = ((self._share < MISSING_SUPPORT) * (1.0 - shown)) @ self._px / self._px.sum()
         return np.asarray(
             FITTED.log2_confirmed * np.log2(1.0 + np.minimum(confirmed, MOST_CONFIRMED))
-            + FITTED.log2_missing * np.log2(1.0 + missing / SOME)
+            + FITTED.log2_missing * np.log2(1.0 + missing / SOME_MISSING)
         )

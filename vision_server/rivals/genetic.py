@@ -15,6 +15,7 @@ from numerics.kernels import kernel
 from vision_server.matching.draws import poses_in_range
 from vision_server.matching.icp import LEAST_DEPTH_M
 from vision_server.matching.match import Hypothesis, SearchRange, distinct, matching_problem
+from vision_server.matching.search import MOST_HYPOTHESES
 from vision_server.matching.views import ViewTable
 
 # The paper's numbers: Rx Ry Rz Tx Ty Tz by eight bits each; 200 individuals and about ten generations; the
@@ -25,7 +26,6 @@ POPULATION = 200
 GENERATIONS = 10
 ELITE_SHARE, PARENT_SHARE = 0.05, 0.30
 CHILDREN_TRIED = 4  # per place in a generation; doubles are dropped (chosen by hand)
-MOST_HYPOTHESES = 5  # that are refined, as many as the search has
 SPACING_PX = 20.0  # a line is visible when any of its samples is
 NEAR_COST = 2 * 5.0**2  # an image line with both ends within 5 px counts as support
 NO_LINES_COST = 1e12

@@ -1,4 +1,4 @@
-"""Straight segments of an edge map."""
+"""From an edge map to straight segments: grown (`growing`), joined, cut where they bend, judged by chance."""
 
 from __future__ import annotations
 

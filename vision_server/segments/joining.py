@@ -1,4 +1,4 @@
-"""Joining collinear lines that texture, a shadow or a crossing edge has cut."""
+"""Joining collinear lines, end to end, that texture, a shadow or a crossing edge has cut."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Least-squares lines through groups of edgels, and whether a group could be there by chance."""
+"""Total least squares lines through edgels, and whether they are by chance (Desolneux et al. 2000)."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Edgels:
 
 
 def edgel_groups(edges: EdgeMap, members: Ints, groups: Ints) -> Edgels:
-    """Groups given as stretches of a list of edgels' numbers."""
+    """Groups (N, 2) given as stretches of a list (P,) of edgels' numbers."""
     return Edgels(
         edges.points[members].astype(np.float64),
         edges.axis[members].astype(np.float64),
@@ -77,7 +77,7 @@ class Segments:
         return np.asarray(np.hypot(ends[:, 2] - ends[:, 0], ends[:, 3] - ends[:, 1]), dtype=np.float64)
 
     def take(self, chosen: Ints | Flags) -> Self:
-        """The chosen segments, by index or mask."""
+        """The chosen segments, by index or mask (N,)."""
         return type(self)(*(getattr(self, name)[chosen] for name in self.__dataclass_fields__))
 
 

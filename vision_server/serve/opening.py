@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from bridge.errors import BadInput
 from bridge.messages import CameraDescription, Describe, TargetDescription, Unit
@@ -139,7 +138,7 @@ def _seed_pose(args: StartArgs, describe: Describe, model: Model) -> Pose | None
     if known is None:
         return None
     try:
-        return checked_pose(Pose(np.array(known.rotation_vector), np.array(known.translation)), model)
+        return checked_pose(Pose.of(known), model)
     except GeometryError as error:
         whose = "The image server's seed pose" if args.seed_pose is None else "Argument seed_pose"
         raise BadInput(f"{whose}: {error}.") from error

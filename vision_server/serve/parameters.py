@@ -8,7 +8,6 @@ from dataclasses import fields, replace
 from typing import Any
 
 import msgspec
-import numpy as np
 
 from bridge.errors import BadInput
 from bridge.messages import PoseMessage
@@ -138,7 +137,7 @@ def new_seed_pose(
         value = start.to_dict() | {"translation": moved.tolist()}
     try:
         told = msgspec.convert(value, PoseMessage)
-        return checked_pose(Pose(np.array(told.rotation_vector), np.array(told.translation)), model)
+        return checked_pose(Pose.of(told), model)
     except (GeometryError, msgspec.ValidationError, ValueError) as error:
         raise BadInput(
             f"Parameter seed_pose: {error}.",

@@ -50,7 +50,7 @@ def model_wrong(estimate: Estimate) -> dict[str, Any] | None:
 def restored_estimate(told: EstimateTold) -> Estimate:
     """An estimate of an earlier process, as far as later decisions depend on it."""
     return Estimate(
-        pose=Pose(np.array(told.pose.rotation_vector), np.array(told.pose.translation)),
+        pose=Pose.of(told.pose),
         covariance=np.array(told.covariance),
         rms_px=told.rms_px,
         uncertainty=told.uncertainty,

@@ -143,7 +143,7 @@ def _differences(stated: Result, found: Estimate) -> list[str]:
     if found.pose is None or found.covariance is None or stated.covariance is None:
         return ["the images show no pose"]
     out = []
-    pose = Pose(np.array(stated.pose.rotation_vector), np.array(stated.pose.translation))
+    pose = Pose.of(stated.pose)
     apart = pose.error_to(found.pose)
     sigmas = np.sqrt(np.diag(np.array(stated.covariance)))
     if (

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.errors import GeometryError
@@ -31,7 +29,7 @@ if TYPE_CHECKING:
 def checked(task: PoseTask, args: CheckArgs) -> dict[str, Any]:
     """Whether a pose is right, by images of the session."""
     images, model, camera, settings = task.images, task.model, task.camera, task.settings
-    pose = Pose(np.array(args.pose.rotation_vector), np.array(args.pose.translation))
+    pose = Pose.of(args.pose)
     try:
         checked_pose(pose, model)
         radius_m = task.edge_radius_m

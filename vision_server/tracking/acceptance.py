@@ -1,4 +1,4 @@
-"""What a pose has to show to be followed, believed and called sure."""
+"""What a pose has to show to be followed, believed and called sure: the rules, as `tracker` asks for them."""
 
 from __future__ import annotations
 
@@ -12,31 +12,30 @@ from numerics.arrays import Flags, Floats
 from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pose.covariance import uncertainty
-from vision_server.pose.support import PoseSupport
+from vision_server.pose.support import MISSING_SUPPORT, PoseSupport
 from vision_server.pose.trust import belief, shared
+from vision_server.tracking.chances import NORMAL_DRAWS
 from vision_server.tracking.following import Found
 from vision_server.tracking.rivals import Rivals
 
-# The following were chosen by hand. A pose is believed from the first probability on, stays believed from one
-# frame to the next from the second on, and is followed at all from the third on.
+# Probabilities, by hand: a pose is believed from the first on, stays believed from one frame to the next from
+# the second on, and is followed at all from the third on. Less lets look-alikes in, more loses dim frames.
 SURE, STAYS, HELD = 0.9, 0.5, 0.3
 # After a sure frame the next may be sure from here on: of 143 frames of a real cube, boxes and parts that
 # stayed sure so, two were less probable, one of which was off by 3.4 degrees.
 STAYS_SURE = 0.6
 # A pose is exact if so much of what its covariance allows is within these degrees and share of the range.
 EXACT_WITHIN, EXACT_SHARE = (3.0, 0.02), 0.9
-CLEARLY = 3.0  # times the root of the whole variance: of a normal, 99.7 % and more are nearer
-DRAWN = np.random.default_rng(0).normal(size=(400, 6))  # of a standard normal: shares to some percent
+EXACT_SIGMAS = 3.0  # times the root of the whole variance: of a normal, 99.7 % and more are nearer
 # The covariance that is told is that of the fit times the first, and more by the second for each odds against
 # the pose, whose belief counts as the third at least; so that on 48 films of printed boxes 97 % of the
 # squared errors are within the 99 % bound.
-TOLD, TOLD_IN_DOUBT, LEAST_BELIEF = 2.0, 4.0, 0.02
-# A line is seen whole from this share of its length on, and not seen below the second.
-WHOLE, MISSING = 0.75, 0.3
+TOLD_VARIANCE_TIMES, TOLD_PER_ODDS_AGAINST, LEAST_BELIEF = 2.0, 4.0, 0.02
+WHOLE_SUPPORT = 0.75  # of its length, from which on a line is seen whole; missing it is below MISSING_SUPPORT
 # Of the visible length: what has to be on lines that are seen whole for a pose to be followed, not surely,
 # beside an occluder; and what may be on lines that are not seen for a target that was found again to be sure.
-HELD_SHARE, MOST_MISSING = 0.2, 0.15
-MOST_GONE = 0.2  # of the length of lines seen whole a frame before, to be followed without another look
+HELD_LENGTH_SHARE, MOST_MISSING_SHARE = 0.2, 0.15
+MOST_GONE_SHARE = 0.2  # of the length of lines seen whole a frame before, to be followed without another look
 
 
 def is_likely(estimate: Estimate, known: bool) -> bool:
@@ -78,7 +77,7 @@ def told_covariance(covariance: Floats, believed: float) -> Floats:
     In the middle the fit's own is wide enough. Its tails are not: an edge taken for another that hardly
     lowers the belief is off by more, and what is hardly believed by much more.
     """
-    return (TOLD + TOLD_IN_DOUBT * odds_against(believed)) * covariance
+    return (TOLD_VARIANCE_TIMES + TOLD_PER_ODDS_AGAINST * odds_against(believed)) * covariance
 
 
 def odds_against(believed: float) -> float:
@@ -110,7 +109,7 @@ def is_sure(found: Found, rivals: Rivals, stays: bool) -> bool:
     if is_clear(found, rivals):
         return is_exact(found.pose, found.covariance)
     believed = found.belief(rivals.ambiguity)
-    wider = 1.0 + TOLD_IN_DOUBT * max(odds_against(believed) - odds_against(SURE), 0.0)
+    wider = 1.0 + TOLD_PER_ODDS_AGAINST * max(odds_against(believed) - odds_against(SURE), 0.0)
     return stays and believed >= STAYS_SURE and is_exact(found.pose, wider * found.covariance)
 
 
@@ -120,28 +119,28 @@ def is_exact(pose: Pose, covariance: Floats) -> bool:
     off[:3] /= math.radians(EXACT_WITHIN[0])
     off[3:] /= EXACT_WITHIN[1] * float(np.linalg.norm(pose.translation))
     spread = off @ covariance @ off.T
-    if CLEARLY**2 * max(np.trace(spread[:3, :3]), np.trace(spread[3:, 3:])) < 1.0:  # spares the draws
+    if EXACT_SIGMAS**2 * max(np.trace(spread[:3, :3]), np.trace(spread[3:, 3:])) < 1.0:  # spares the draws
         return True
     value, axis = np.linalg.eigh(spread)
-    squares = (DRAWN @ (axis * np.sqrt(np.maximum(value, 0.0))).T) ** 2
+    squares = (NORMAL_DRAWS @ (axis * np.sqrt(np.maximum(value, 0.0))).T) ** 2
     within = (squares[:, :3].sum(axis=1) < 1.0) & (squares[:, 3:].sum(axis=1) < 1.0)
-    return bool(np.count_nonzero(within) >= EXACT_SHARE * len(DRAWN))
+    return bool(np.count_nonzero(within) >= EXACT_SHARE * len(NORMAL_DRAWS))
 
 
 def is_partly_whole(support: PoseSupport) -> bool:
-    """Whether HELD_SHARE of the visible length is on lines of which WHOLE is seen; clutter gives pieces."""
-    return _length(support, least=WHOLE) >= HELD_SHARE * _length(support)
+    """Whether enough of the visible length is on lines that are seen whole: clutter gives pieces."""
+    return _length(support, least=WHOLE_SUPPORT) >= HELD_LENGTH_SHARE * _length(support)
 
 
 def is_whole(support: PoseSupport) -> bool:
-    """Whether hardly anything is missing: lines of which next to nothing is seen are MOST_MISSING at most."""
-    return _length(support, below=MISSING) <= MOST_MISSING * _length(support)
+    """Whether hardly anything is missing: at most MOST_MISSING_SHARE of the visible length."""
+    return _length(support, below=MISSING_SUPPORT) <= MOST_MISSING_SHARE * _length(support)
 
 
 def whole_lines(support: PoseSupport) -> Flags:
     """Which lines of the model are seen whole, (L,)."""
     visible, supported = support.by_line
-    return np.asarray((supported >= WHOLE * visible) & (visible > 0.0))
+    return np.asarray((supported >= WHOLE_SUPPORT * visible) & (visible > 0.0))
 
 
 def keeps(support: PoseSupport, whole: Flags) -> bool:
@@ -150,8 +149,8 @@ def keeps(support: PoseSupport, whole: Flags) -> bool:
     Beside the right pose another one may be that lines which were not seen before support instead.
     """
     visible, supported = support.by_line
-    gone = whole & (supported < MISSING * visible)
-    return bool(visible[gone].sum() <= MOST_GONE * visible[whole].sum())
+    gone = whole & (supported < MISSING_SUPPORT * visible)
+    return bool(visible[gone].sum() <= MOST_GONE_SHARE * visible[whole].sum())
 
 
 def _length(support: PoseSupport, least: float = 0.0, below: float = math.inf) -> float:

@@ -12,25 +12,23 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.pose import Pose
-from geometry.visibility import Samples, visible_samples
+from geometry.visibility import Samples
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.gradients import Normals
 from vision_server.pose.association import associate
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import search
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.sampling import thinned
+from vision_server.pose.sampling import sparse_samples
 
-# The following were chosen by hand.
-REACH_PX = 6.0  # to either side; print farther away is seldom mistaken for an edge that is followed
-APART_PX = 1.0  # from the line, nearer than which an edge is the line's own
-# How far from the line parallels to it run; an edge point is on one of them within this distance.
-PARALLELS_PX = np.arange(-REACH_PX, REACH_PX + 0.25, 0.5)
-PARALLELS_PX = PARALLELS_PX[np.abs(PARALLELS_PX) >= APART_PX]
-WIDTH_PX = 0.75
-LEAST_SHARE = 0.5  # of a line's samples, that need an edge point on a parallel for an edge to be there
-TAKEN = 0.03  # probability that another edge along the whole line is taken for the line's own; on films
-SPACING_PX, MOST_SAMPLES = 4.0, 12  # of the samples of a line
+# By hand. Edges are looked for so far to either side, as print farther away is seldom mistaken for an edge
+# that is followed; nearer than the second, an edge is the line's own.
+PRINT_REACH_PX, ANOTHER_EDGE_PX = 6.0, 1.0
+# Where parallels to the line run: one has an edge where so many samples have an edge point so near to it.
+BESIDE_PARALLELS_PX = np.arange(-PRINT_REACH_PX, PRINT_REACH_PX + 0.25, 0.5)
+BESIDE_PARALLELS_PX = BESIDE_PARALLELS_PX[np.abs(BESIDE_PARALLELS_PX) >= ANOTHER_EDGE_PX]
+LEAST_ON_PARALLEL, ON_PARALLEL_PX = 0.5, 0.75
+TAKEN_CHANCE = 0.03  # that another edge along a whole line is taken for the line's own: read off films
 
 
 class Beside(NamedTuple):
@@ -52,9 +50,9 @@ class Beside(NamedTuple):
     @property
     def variance_px2(self) -> Floats:
         """Of each line for the edge that runs beside its own, (L,); 0 without any."""
-        share = self.share_at(PARALLELS_PX, np.ones(len(self.samples.line)), WIDTH_PX)
-        share[share < LEAST_SHARE] = 0.0
-        return np.asarray((TAKEN * share * PARALLELS_PX**2).max(axis=1))
+        share = self.share_at(BESIDE_PARALLELS_PX, np.ones(len(self.samples.line)), ON_PARALLEL_PX)
+        share[share < LEAST_ON_PARALLEL] = 0.0
+        return np.asarray((TAKEN_CHANCE * share * BESIDE_PARALLELS_PX**2).max(axis=1))
 
 
 @kernel()
@@ -83,8 +81,8 @@ def _is_near(offset: Floats, sign: float, parallel: float, width: float) -> bool
 def beside(problem: PoseProblem, pose: Pose) -> Beside:
     """Look around the visible lines of a pose that is within a pixel or two of the right one."""
     lines = len(problem.model.lines)
-    samples = thinned(visible_samples(problem.model, problem.camera, pose, SPACING_PX), MOST_SAMPLES)
-    reach = np.full(len(samples.line), REACH_PX)
+    samples = sparse_samples(problem.model, problem.camera, pose)
+    reach = np.full(len(samples.line), PRINT_REACH_PX)
     scale = np.take(problem.scale, samples.line, axis=1)
     points = search(problem.channels, scale, Normals(samples.image, samples.normal, reach))
     associate(samples, lines, points.offset)

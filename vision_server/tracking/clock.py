@@ -7,7 +7,7 @@ import numpy as np
 from vision_server.channels.depth import Pixels
 
 PERIOD_S = 1.0 / 30.0  # between frames, where nothing tells
-ROWS = 48  # Two pictures are compared at each so many-th row first, to notice a frozen camera.
+COMPARED_ROW_STEP = 48  # Two pictures are compared at each so many-th row first, to notice a frozen camera.
 
 
 class Clock:
@@ -33,4 +33,4 @@ class Clock:
 
 def _are_same(one: Pixels, other: Pixels) -> bool:
     """Whether two pictures are; of most pairs some rows tell."""
-    return np.array_equal(one[::ROWS], other[::ROWS]) and np.array_equal(one, other)
+    return np.array_equal(one[::COMPARED_ROW_STEP], other[::COMPARED_ROW_STEP]) and np.array_equal(one, other)

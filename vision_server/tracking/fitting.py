@@ -31,33 +31,32 @@ from numerics.arrays import Floats
 from numerics.cholesky import inverse_positive
 from numerics.kernels import kernel
 from vision_server.pose.observation import Observation, PoseProblem, observe
-from vision_server.pose.refinement import ENOUGH_ROWS, prior_precision
+from vision_server.pose.refinement import FEWEST_EDGE_POINTS, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
-from vision_server.tracking.lines import RADIUS, UNKNOWNS, LineFits, line_fits, rounding_shifts, united
+from vision_server.tracking.lines import LINE_UNKNOWNS, RADIUS, LineFits, line_fits, rounding_shifts, united
 from vision_server.tracking.motion import about
 
 Information = tuple[float, float]
 """What lines tell of the radius: the precision, 1/m^2, and that times the radius."""
 
-TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off
-ITERATIONS = 8
+TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off (by hand)
+FIT_ITERATIONS = 8  # of reweighting (by hand)
 # The priors of the radius were chosen by hand, on printed boxes (whose radii are 1 to 4 % of the shortest
 # side) and on exact models (which have none). It is measured in lengths of the shorter lines, which are those
-# at this percentile.
-SHORTER = 25.0
-ROUNDING_SD = 0.02  # of the half normal that the radius of rounded edges has
-KNOWN_TO, SHARP_TO = 0.1, 1e-4  # one sd of a radius that is given: as a share of it, and at least
+# at this percentile; that of rounded edges is half of a normal of this sd.
+SHORTER_PERCENTILE, ROUNDING_SD_SHARE = 25.0, 0.02
+KNOWN_RADIUS_SD_SHARE, LEAST_RADIUS_SD_SHARE = 0.1, 1e-4  # sd of a radius that is given: of it, and at least
 # Rounded edges are as likely as sharp ones where lines are off by this; the odds grow with that power of it.
-EVEN_PX, POWER = 0.09, 6.0
-UNSEEN = 0.2  # how many numbers OFF_PX counts as, beside those that a frame has, in these odds
-LEARNT = 0.02  # share of what a frame tells that is learnt, as the errors of the next frame are the same
-MOST_SEEN = 12.0  # lines that all that was learnt counts as, at most
-OFF_PX, SEEN_AS = 0.2, 4.0  # what lines of a target not seen yet are off, and how many lines say so
+EVEN_ODDS_OFF_PX, ROUNDED_ODDS_POWER = 0.09, 6.0
+PRIOR_NUMBERS = 0.2  # how many numbers FIRST_OFF_PX counts as, beside those that a frame has, in these odds
+LEARNT_SHARE = 0.02  # of what a frame tells, as the errors of the next frame are the same
+MOST_SEEN_LINES = 12.0  # lines that all that was learnt counts as, at most
+FIRST_OFF_PX, FIRST_SEEN_LINES = 0.2, 4.0  # what a new target's lines are off, and how many lines say so
 LEAST_FREE = 0.2  # of a residual's variance, the share that the fit is taken to leave at least
-LEAST_LINES = 4
-FARTHEST = 30.0  # standard deviations, beyond which a normal's tail has no number
-FEW = 25.0  # A covariance is 1 + FEW / (numbers that the variance is from) times what that variance says.
+LEAST_LINES = 4  # that hold a pose and tell what lines are off: a pose takes three
+FARTHEST_SIGMAS = 30.0  # beyond these, a normal's tail has no number
+WIDER_BY = 25.0  # a covariance is wider by this over the numbers that its variance is from, and one
 
 
 class Habits(NamedTuple):
@@ -80,21 +79,21 @@ class Habits(NamedTuple):
     def of(cls, model: Model, edge_radius_m: float | None = None) -> Habits:
         """Of a target that was not seen yet; ``edge_radius_m`` of its edges where that is known."""
         lengths = np.linalg.norm(np.diff(model.vertices[model.lines], axis=1)[:, 0], axis=1)
-        shorter_m = float(np.percentile(lengths, SHORTER))
+        shorter_m = float(np.percentile(lengths, SHORTER_PERCENTILE))
         if edge_radius_m is not None:
-            known_sd_m = max(KNOWN_TO * edge_radius_m, SHARP_TO * shorter_m)
-            return cls(OFF_PX**2, SEEN_AS, edge_radius_m, known_sd_m, 0.0)
-        radius_sd_m = ROUNDING_SD * shorter_m
-        return cls(OFF_PX**2, SEEN_AS, 0.0, radius_sd_m, radius_sd_m)
+            known_sd_m = max(KNOWN_RADIUS_SD_SHARE * edge_radius_m, LEAST_RADIUS_SD_SHARE * shorter_m)
+            return cls(FIRST_OFF_PX**2, FIRST_SEEN_LINES, edge_radius_m, known_sd_m, 0.0)
+        radius_sd_m = ROUNDING_SD_SHARE * shorter_m
+        return cls(FIRST_OFF_PX**2, FIRST_SEEN_LINES, 0.0, radius_sd_m, radius_sd_m)
 
     def after(self, fit: Fit) -> Habits:
         """With what one more frame said."""
         lines = len(fit.fits.line)
-        seen = min(self.seen + LEARNT * lines, MOST_SEEN)
-        share = LEARNT * lines / seen
+        seen = min(self.seen + LEARNT_SHARE * lines, MOST_SEEN_LINES)
+        share = LEARNT_SHARE * lines / seen
         known = self.radius_sd_m**-2.0
-        precision = known + LEARNT * fit.radius_information[0]
-        radius = (self.radius_m * known + LEARNT * fit.radius_information[1]) / precision
+        precision = known + LEARNT_SHARE * fit.radius_information[0]
+        radius = (self.radius_m * known + LEARNT_SHARE * fit.radius_information[1]) / precision
         off_px2 = self.off_px2 + share * (fit.off_px2 - self.off_px2)
         return Habits(off_px2, seen, radius, precision**-0.5, self.at_first_m)
 
@@ -146,7 +145,7 @@ def fitted(
     """
     seen = observe(problem, start, reach_px, spacing_px, pulls=False)
     base = base_weights(seen, True)
-    if int((base > 0.0).sum()) < ENOUGH_ROWS:
+    if int((base > 0.0).sum()) < FEWEST_EDGE_POINTS:
         return None
     lines = line_fits(seen, base, *rounding_shifts(problem, start, seen))
     if len(problem.channels) > 1:
@@ -198,7 +197,7 @@ def none_or_rounded(
     """
     variance = float(covariance[-1, -1])
     sd = math.sqrt(variance)
-    above = max(float(unknowns[-1]) / sd, -FARTHEST)
+    above = max(float(unknowns[-1]) / sd, -FARTHEST_SIGMAS)
     mass = mills_ratio(above)
     hazard = 1.0 / mass
     rounded = 1.0
@@ -218,14 +217,14 @@ def rounded_odds(off_px2: float, numbers: float) -> float:
 
     Where lines are true to hundredths of a pixel, the model is true in its edges as well.
     """
-    variance = (numbers * off_px2 + UNSEEN * OFF_PX**2) / (numbers + UNSEEN)
-    return float((variance / EVEN_PX**2) ** (0.5 * POWER))
+    variance = (numbers * off_px2 + PRIOR_NUMBERS * FIRST_OFF_PX**2) / (numbers + PRIOR_NUMBERS)
+    return float((variance / EVEN_ODDS_OFF_PX**2) ** (0.5 * ROUNDED_ODDS_POWER))
 
 
 @kernel()
 def mills_ratio(above: float) -> float:
     """Mass of the standard normal below ``above`` over its density there."""
-    above = min(above, FARTHEST)
+    above = min(above, FARTHEST_SIGMAS)
     return math.sqrt(0.5 * math.pi) * math.exp(0.5 * above**2) * math.erfc(-above / math.sqrt(2.0))
 
 
@@ -238,20 +237,20 @@ def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floa
     """
     known = lines.variance.ravel() < np.inf
     value, scatter = lines.value.ravel()[known], lines.variance.ravel()[known]
-    rows, slack = lines.rows.reshape(-1, UNKNOWNS)[known], np.repeat(lines.slack, 2)[known]
+    rows, slack = lines.rows.reshape(-1, LINE_UNKNOWNS)[known], np.repeat(lines.slack, 2)[known]
     pull, radius_m2 = prior[RADIUS] * habits.radius_m, habits.radius_m**2  # the latter as is expected
     factor, off_px2, own, left = np.ones(len(value)), habits.off_px2, 0.0, 0.0
-    step, covariance, told = np.zeros(UNKNOWNS), np.eye(UNKNOWNS), (0.0, 0.0)
-    for _ in range(ITERATIONS):
+    step, covariance, told = np.zeros(LINE_UNKNOWNS), np.eye(LINE_UNKNOWNS), (0.0, 0.0)
+    for _ in range(FIT_ITERATIONS):
         noise = scatter + slack * slack / 3.0 * radius_m2
         variance = noise + off_px2
         weight = factor / variance
-        normal, right = np.diag(prior), np.zeros(UNKNOWNS)
+        normal, right = np.diag(prior), np.zeros(LINE_UNKNOWNS)
         right[RADIUS] = pull
         for i in range(len(value)):
-            for j in range(UNKNOWNS):
+            for j in range(LINE_UNKNOWNS):
                 right[j] += weight[i] * value[i] * rows[i, j]
-                for k in range(UNKNOWNS):
+                for k in range(LINE_UNKNOWNS):
                     normal[j, k] += weight[i] * rows[i, j] * rows[i, k]
         covariance = inverse_positive(normal)
         step = (covariance * right).sum(axis=1)
@@ -270,5 +269,5 @@ def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floa
         radius_m2 = step[RADIUS] ** 2 + covariance[RADIUS, RADIUS]
         own = squares / max(shares, 1e-9)
         off_px2 = (habits.seen * habits.off_px2 + squares) / (habits.seen + shares)
-    covariance[:6, :6] *= 1.0 + FEW / (2.0 * habits.seen + left)
+    covariance[:6, :6] *= 1.0 + WIDER_BY / (2.0 * habits.seen + left)
     return step, covariance, own, told

@@ -18,12 +18,12 @@ from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from numerics.arrays import Floats
 from vision_server.channels.depth import Pixels
-from vision_server.pose.alternatives import SAME
+from vision_server.pose.alternatives import EQUIVALENT_WITHIN
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
 from vision_server.pose.support import PoseSupport, support_of
-from vision_server.pose.trust import RIVAL_NATS, TAILS, belief, quality, shared
+from vision_server.pose.trust import ERROR_OVER_SD, RIVAL_NATS, belief, quality, shared
 from vision_server.tracking.beside import Beside, beside
 from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import Tone, problem_of, window
@@ -32,20 +32,20 @@ from vision_server.tracking.outermost import outermost
 from vision_server.tracking.softness import Softness
 from vision_server.tracking.strain import is_strained
 
-# Where nothing else is said, these were chosen by hand. Edges are looked for this far from lines near a pose
-# that the motion foresaw; around others 28 px far, in pictures of a quarter and half of the size.
-NEAR_REACHES_PX = (6.0,)
-FAR = ((4, (7.0, 5.0)), (2, (5.0,)))
-MARGIN_PX = 40.0  # of the window around the target: these 28 px, and the filters' reach
+# By hand. Edges are looked for this far from lines near a pose that the motion foresaw; around others 28 px
+# far, in pictures of a quarter and half of the size. Farther around, more that is not the target is met.
+NEAR_REACHES_PX, FAR_LOOKS = (6.0,), ((4, (7.0, 5.0)), (2, (5.0,)))
+WINDOW_MARGIN_PX = 40.0  # of the window around the target: these 28 px, and the filters' reach
 # A fit has settled when a step moves no line farther than this. Where a pose that was foreseen has settled to
 # the second, its edges are off by 0.02 px more. It takes so many passes at most.
-SETTLED_PX, NEAR_SETTLED_PX, PASSES = 0.3, 1.0, 3
+SETTLED_PX, NEAR_SETTLED_PX, MOST_PASSES = 0.3, 1.0, 3
 # Of a pose on outermost edges (on 22 films of printed boxes): how far around it is looked, so that those
 # inside are left out; by what share of the range it is nearer; what it may lack of quality and evidence.
 OUTER_REACHES_PX = (2.0, 2.0)
-NEARER, LIKE, PRINT_NATS = 0.003, 0.5, 10.0
-TURNS = np.radians(6.0) * np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])  # across the view
-CLIMBS = 3  # such turns at most, one after the other
+NEARER_SHARE, PRINT_QUALITY, PRINT_NATS = 0.003, 0.5, 10.0
+ACROSS_VIEW = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0]])
+TRIED_TURNS_RAD = np.radians(6.0) * ACROSS_VIEW  # (by hand)
+MOST_CLIMBS = 3  # from pose to pose, each better supported, one after the other
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ class Found:
     @cached_property
     def _own_belief(self) -> float:
         """Without rivals; the covariance of a fit has the tails already that are meant for an estimate's."""
-        return belief(self.support, 0.0, uncertainty(self.covariance, self.pose.translation) / TAILS)
+        return belief(self.support, 0.0, uncertainty(self.covariance, self.pose.translation) / ERROR_OVER_SD)
 
     def belief(self, ambiguity: float) -> float:
         """Probability that this is where the target is, however exactly, see `trust.belief`."""
@@ -88,7 +88,7 @@ class Found:
 
     def is_at(self, pose: Pose | None) -> bool:
         """Whether it is this pose."""
-        return pose is not None and self.pose.error_to(pose).within(*SAME)
+        return pose is not None and self.pose.error_to(pose).within(*EQUIVALENT_WITHIN)
 
     def is_strained(self) -> bool:
         """Whether its lines say that the model is too long along an axis."""
@@ -110,7 +110,7 @@ class Sight:
 
         Where the target was followed surely in the frame ``before``, its lines may be taken to be as soft.
         """
-        seen = window(pixels, self.model, self.camera, expected, MARGIN_PX)
+        seen = window(pixels, self.model, self.camera, expected, WINDOW_MARGIN_PX)
         if seen is None:
             return None
         problem, kept = problem_of(seen, self.model, self.tone), None
@@ -130,10 +130,10 @@ class Sight:
         """The same some 30 px around each of the poses, by way of smaller pictures; best first."""
         found = []
         for start in expected:
-            seen, pose = window(pixels, self.model, self.camera, start, MARGIN_PX), start
+            seen, pose = window(pixels, self.model, self.camera, start, WINDOW_MARGIN_PX), start
             if seen is None:
                 continue
-            for factor, reaches in FAR:
+            for factor, reaches in FAR_LOOKS:
                 solution = refine(problem_of(seen.smaller(factor), self.model, self.tone), pose, reaches)
                 if solution is None:
                     break
@@ -150,8 +150,8 @@ class Sight:
         What less than nothing supports is not told: turns then lead anywhere.
         """
         better = [max(found, key=lambda one: one.evidence)]
-        for _ in range(CLIMBS):
-            starts = (turned_about(better[-1].pose, self.model.middle, turn) for turn in TURNS)
+        for _ in range(MOST_CLIMBS):
+            starts = (turned_about(better[-1].pose, self.model.middle, turn) for turn in TRIED_TURNS_RAD)
             turned = [one for start in starts if (one := self.near(pixels, start, habits)) is not None]
             best = max(turned, key=lambda one: one.evidence, default=better[-1])
             if best.evidence < better[-1].evidence + RIVAL_NATS:
@@ -201,7 +201,7 @@ def _is_print(found: Found, outer: Found, middle: Floats) -> bool:
     Print explains the edges of the first; of the second, chance would have to explain those outside.
     """
     ranges = [float(np.linalg.norm(one.pose.apply(middle[None]))) for one in (outer, found)]
-    if ranges[0] > (1.0 - NEARER) * ranges[1] or outer.quality < LIKE * found.quality:
+    if ranges[0] > (1.0 - NEARER_SHARE) * ranges[1] or outer.quality < PRINT_QUALITY * found.quality:
         return False
     return outer.evidence >= found.evidence - PRINT_NATS
 
@@ -217,7 +217,7 @@ def _fitted(
     """Fitted to whole lines in a few passes; ``looks_px``: the reach, and a step that is settled."""
     reach_px, settled_px = looks_px
     fit, variance = None, around.variance_px2
-    for _ in range(PASSES):
+    for _ in range(MOST_PASSES):
         fit = fitted(problem, pose, reach_px, softness.spacing_px, habits, variance)
         if fit is None:
             return None

@@ -1,4 +1,4 @@
-"""One frame as tracking sees it: the part around the target, at full, half and quarter size."""
+"""One frame as tracking sees it: what is around the target, full, half or quarter size, a `PoseProblem`."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from vision_server.channels.gradients import Frame, GradientChannel, Picture
 from vision_server.channels.noise import grey_noise
 from vision_server.pose.observation import PoseProblem
 
-LEAST_SIDE_PX = 24  # of a window that is looked at
-AROUND_PX = 8.0  # around the pixels that a look needs, which the next looks need, too
-NAME = "frame"
+LEAST_WINDOW_PX = 24  # side of a window that is looked at (by hand)
+PREPARED_AROUND_PX = 8.0  # around the pixels that a look needs, which the next looks need, too
+FRAME_NAME = "frame"  # of the one channel that tracking looks at
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ def window(pixels: Pixels, model: Model, camera: Camera, pose: Pose, margin_px: 
         return Window(pixels, camera)
     low = np.maximum(np.floor(seen.min(axis=0) - margin_px), 0).astype(int)
     high = np.minimum(np.ceil(seen.max(axis=0) + margin_px) + 1, [camera.width, camera.height]).astype(int)
-    if min(high - low) < LEAST_SIDE_PX:
+    if min(high - low) < LEAST_WINDOW_PX:
         return None
     left, top, right, bottom = map(int, np.concatenate([low, high]))
     part = np.ascontiguousarray(pixels[top:bottom, left:right])
@@ -74,7 +74,7 @@ def problem_of(seen: Window, model: Model, tone: Tone) -> PoseProblem:
     noise = (grey_noise(pixels) * tone.slope).astype(np.float32)
     level = deepened(pixels) if pixels.dtype == np.float32 else pixels
     picture, frame = Picture(pixels, tone.gamma, tone.linear), Frame.of(pixels.shape, level, noise)
-    channel = GradientChannel(NAME, picture, frame, AROUND_PX)
+    channel = GradientChannel(FRAME_NAME, picture, frame, PREPARED_AROUND_PX)
     return PoseProblem.at_scale([channel], model, seen.camera, 0, tone.sd_px)
 
 

@@ -1,4 +1,8 @@
-"""Where each visible line of the model lies beside its edge points, and what rounded edges do to that."""
+"""Where each visible line of the model lies beside its edge points, and what rounded edges do to that.
+
+In goes an observation; out come two numbers a line and channel, offset and turn, with their variances and
+how a pose's step moves them: what `fitting` solves for the pose.
+"""
 
 from __future__ import annotations
 
@@ -16,21 +20,19 @@ from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
 from vision_server.pose.observation import Observation, PoseProblem
 from vision_server.pose.solver import SAMPLES_TOGETHER
-from vision_server.pose.weights import SCATTER_PX
+from vision_server.pose.weights import HALF_TRUST_SCATTER_PX, HALF_WEIGHT_PX
 
-UNKNOWNS, RADIUS = 9, 8  # the pose's six, two nuisances, and the last, the radius of rounded edges
+LINE_UNKNOWNS, RADIUS = 9, 8  # pose, two nuisances, and the last, the radius of rounded edges
 
-# The following were chosen by hand.
-FEWEST = 4  # edge points that a line needs to show where it lies and how it is turned
-FITS = 5  # times that a straight line is fitted to them, reweighted
-OFF_PX = 0.5  # from that line, at which an edge point counts half
+FEWEST_LINE_POINTS = 4  # edge points of a line that tell its place, its turn and what they scatter
+LINE_ITERATIONS = 5  # times that a straight line is fitted to them, reweighted (by hand)
 # The turn is seen where the variance of the edge points' places on the line, from -1 to 1, is at least this;
 # of evenly spread ones it is 1/3.
-LEAST_TURN = 0.05
-LEAST_VARIANCE_PX2 = 1e-6  # of a line in one channel
+LEAST_PLACE_VARIANCE = 0.05
+LEAST_LINE_VARIANCE_PX2 = 1e-6  # of a line in one channel, so that its precision is finite
 # Two faces are as one, without an edge between them that could be rounded, where 1 + the cosine between their
 # normals is less than this.
-FLAT = 0.05
+FLAT_FACES = 0.05
 
 
 class LineFits(NamedTuple):
@@ -39,8 +41,8 @@ class LineFits(NamedTuple):
     Attributes
     ----------
     value, variance : (M, 2), and the variance by what scatters along the line, px^2.
-    rows : (M, 2, UNKNOWNS), what a step of the pose (see `Observation`), the two nuisances and a metre of
-        edge radius change.
+    rows : (M, 2, LINE_UNKNOWNS), what a step of the pose (see `Observation`), the two nuisances and a metre
+        of edge radius change.
     slack : (M,), px per metre of radius, to either side, within which a rounded edge may be seen.
     line : (M,), of the model.
     """
@@ -70,14 +72,14 @@ def _straight(along: Floats, place: Floats, base: Floats, weight: Floats) -> Str
     known = base > 0.0
     x, y, first = along[known], place[known], base[known]
     own, off, middle, offset, turn, spread, total = first, y, 0.0, 0.0, 0.0, 0.0, 0.0
-    for fit in range(FITS):
+    for fit in range(LINE_ITERATIONS):
         if fit > 0:
-            own = first / (1.0 + (off / OFF_PX) * (off / OFF_PX))
+            own = first / (1.0 + (off / HALF_WEIGHT_PX) * (off / HALF_WEIGHT_PX))
         total = own.sum()
         middle, offset = (own * x).sum() / total, (own * y).sum() / total
         across = x - middle
         spread = (own * (across * across) / total).sum()
-        turn = (own * across * y / total).sum() / spread if spread > LEAST_TURN else 0.0
+        turn = (own * across * y / total).sum() / spread if spread > LEAST_PLACE_VARIANCE else 0.0
         off = y - offset - turn * across
     weight[:] = 0.0
     weight[known] = own
@@ -96,10 +98,10 @@ def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) 
     """
     line, count = seen.samples.line, base.shape[1]
     most = len(base) * seen.sigma.shape[1]
-    value, variance, rows = np.zeros((most, 2)), np.zeros((most, 2)), np.zeros((most, 2, UNKNOWNS))
+    value, variance, rows = np.zeros((most, 2)), np.zeros((most, 2)), np.zeros((most, 2, LINE_UNKNOWNS))
     weight, loose, found = np.zeros(count), np.zeros(most), 0
     number = np.zeros(most, dtype=np.int64)
-    change = np.empty((count, UNKNOWNS))
+    change = np.empty((count, LINE_UNKNOWNS))
     change[:, :6], change[:, RADIUS] = seen.jacobian, rounding
     for c in range(len(base)):
         change[:, 6:RADIUS] = seen.nuisance[c]
@@ -109,11 +111,11 @@ def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) 
             while end < count and line[end] == line[start]:
                 points += base[c, end] > 0.0
                 end += 1
-            if points >= FEWEST:
+            if points >= FEWEST_LINE_POINTS:
                 along = seen.along[start:end]
                 fit = _straight(along, seen.offset[c, start:end], base[c, start:end], weight[start:end])
-                share, turned = points / (end - start), fit.spread > LEAST_TURN
-                doubt = (1.0 + fit.scatter / SCATTER_PX**2) / (share * share)
+                share, turned = points / (end - start), fit.spread > LEAST_PLACE_VARIANCE
+                doubt = (1.0 + fit.scatter / HALF_TRUST_SCATTER_PX**2) / (share * share)
                 noise = doubt * fit.scatter * SAMPLES_TOGETHER * fit.squares / fit.total**2
                 value[found, 0], value[found, 1] = fit.offset, fit.turn
                 variance[found, 0] = noise
@@ -123,7 +125,7 @@ def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) 
                     own = weight[i] / fit.total
                     across = own * (seen.along[i] - fit.middle) / fit.spread if turned else 0.0
                     loose[found] += own * slack[i]
-                    for k in range(UNKNOWNS):
+                    for k in range(LINE_UNKNOWNS):
                         rows[found, 0, k] += own * change[i, k]
                         rows[found, 1, k] += across * change[i, k]
                 found += 1
@@ -134,10 +136,10 @@ def line_fits(seen: Observation, base: Floats, rounding: Floats, slack: Floats) 
 def united(lines: LineFits) -> LineFits:
     """One of each line, whatever channels see it: what it is off, it is off in all of them."""
     _, first, number = np.unique(lines.line, return_index=True, return_inverse=True)
-    count, precision = len(first), 1.0 / np.maximum(lines.variance, LEAST_VARIANCE_PX2)
+    count, precision = len(first), 1.0 / np.maximum(lines.variance, LEAST_LINE_VARIANCE_PX2)
     total = np.stack([np.bincount(number, precision[:, k], count) for k in range(2)], axis=1)
     share = precision / np.where(total > 0.0, total, 1.0)[number]
-    value, rows, slack = np.zeros((count, 2)), np.zeros((count, 2, UNKNOWNS)), np.zeros(count)
+    value, rows, slack = np.zeros((count, 2)), np.zeros((count, 2, LINE_UNKNOWNS)), np.zeros(count)
     np.add.at(value, number, share * lines.value)
     np.add.at(rows, number, share[:, :, None] * lines.rows)
     np.add.at(slack, number, share[:, 0] * lines.slack)
@@ -202,11 +204,11 @@ def _at_edges(
         both, across = n + m, np.cross(point, along[i])
         if rounds[i] and facing_n * facing_m < 0.0:
             out[2, i] = np.sign(_dot(across, both)) * np.sign(_in_image(across, point, focal[i]))
-        if not rounds[i] or 1.0 + cosine <= FLAT:
+        if not rounds[i] or 1.0 + cosine <= FLAT_FACES:
             continue
         apex = both / (1.0 + cosine)
         if facing_n < 0.0 and facing_m < 0.0:
-            shift = both / max(math.sqrt(2.0 + 2.0 * cosine), FLAT) - apex
+            shift = both / max(math.sqrt(2.0 + 2.0 * cosine), FLAT_FACES) - apex
             out[1, i] = abs(_in_image(0.5 * (n - m), point, focal[i]))
         else:
             length = math.sqrt(_dot(across, across))

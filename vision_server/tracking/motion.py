@@ -1,4 +1,4 @@
-"""Constant-velocity motion of the target: an error-state Kalman filter on poses that were measured."""
+"""Constant-velocity motion of the target: an error-state Kalman filter that adapts to its innovations."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from numerics.arrays import Floats
 
 # How much the velocity changes in a second, one sd, at agility 1. From one frame to the next, at 30 a second,
 # that moves a target from rest by 3 degrees and 1 % of the range, some 8 px.
-TURN_RATE_CHANGE = 47.0  # rad/s^2
-SPEED_CHANGE = 9.0  # ranges/s^2
+TURN_RATE_CHANGE_RAD_S2, SPEED_CHANGE_RANGES_S2 = 47.0, 9.0
+# By hand. Agility follows smaller and larger innovations with these powers, one of which counts for so many
+# times its expectation at most: a target that starts to move is met at once, one that stops slowly.
 LEAST_AGILITY, MOST_AGILITY = 0.02, 1.0
-CALMED, STARTLED = 0.15, 1.0  # powers with which agility follows smaller and larger innovations
-MOST_SURPRISE = 9.0  # times its expectation, that one innovation counts for at most
-FIRST_TURN_RATE, FIRST_SPEED = 2.0, 0.5  # rad/s and ranges/s, one sd, of a target that was just found
+CALMED_POWER, STARTLED_POWER, MOST_SURPRISE_RATIO = 0.15, 1.0, 9.0
+FIRST_TURN_RATE_RAD_S, FIRST_SPEED_RANGES_S = 2.0, 0.5  # one sd, of a target that was just found
 
 
 class Innovation(NamedTuple):
@@ -68,8 +68,8 @@ class Motion:
         middle : (3,), of the target, in its own frame, m.
         """
         centre = pose.apply(middle[None])[0]
-        speed = FIRST_SPEED * float(np.linalg.norm(centre))
-        full = np.diag(np.repeat([0.0, FIRST_TURN_RATE**2, speed**2], [6, 3, 3]))
+        speed = FIRST_SPEED_RANGES_S * float(np.linalg.norm(centre))
+        full = np.diag(np.repeat([0.0, FIRST_TURN_RATE_RAD_S**2, speed**2], [6, 3, 3]))
         full[:6, :6] = about(centre, covariance)
         return cls(pose.matrix, centre, np.zeros(6), full)
 
@@ -89,7 +89,7 @@ class Motion:
         carry = np.eye(12)
         carry[:6, 6:] = seconds * np.eye(6)
         range_m = float(np.linalg.norm(self.centre))
-        change = self.agility * np.repeat([TURN_RATE_CHANGE, SPEED_CHANGE * range_m], 3)
+        change = self.agility * np.repeat([TURN_RATE_CHANGE_RAD_S2, SPEED_CHANGE_RANGES_S2 * range_m], 3)
         push = np.vstack([np.diag(0.5 * seconds**2 * change), np.diag(seconds * change)])
         return replace(
             self,
@@ -112,9 +112,9 @@ class Motion:
         correction = gain @ by.step
         left = np.eye(12)
         left[:, :6] -= gain
-        ratio = min(by.squared / 6.0, MOST_SURPRISE)
-        power = STARTLED if ratio > 1.0 else CALMED
-        agility = self.agility * max(ratio, 1.0 / MOST_SURPRISE) ** (0.5 * power)
+        ratio = min(by.squared / 6.0, MOST_SURPRISE_RATIO)
+        power = STARTLED_POWER if ratio > 1.0 else CALMED_POWER
+        agility = self.agility * max(ratio, 1.0 / MOST_SURPRISE_RATIO) ** (0.5 * power)
         return Motion(
             matrix_of(correction[:3]) @ self.rotation,
             self.centre + correction[3:6],

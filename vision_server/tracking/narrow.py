@@ -15,7 +15,7 @@ import numpy as np
 
 from geometry.camera import Camera
 from geometry.model import Model
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.depth import Pixels
@@ -23,16 +23,14 @@ from vision_server.pose.steps import moved, turning_point
 from vision_server.pose.trust import RIVAL_NATS
 from vision_server.tracking.acceptance import EXACT_WITHIN, SURE, is_exact
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import Found, Sight
+from vision_server.tracking.following import MOST_CLIMBS, Found, Sight
 from vision_server.tracking.motion import about
 
-# The following were chosen by hand.
-NARROW_PX = 5.0  # width of a face, seen across a line, as far as edges are looked for around the line
-ANOTHER = (1.0, 0.01)  # degrees and share of the range, from which on a pose is another one
-# Poses are looked for so far aside; what other lines leave open by more, one sd, they say nothing of. Both
-# are in units of EXACT_WITHIN.
-ASIDE, MOST_OPEN = (-1.0, 1.0), 4.0
-CLIMBS = 3  # at most, each to a pose that the frame supports better
+NARROW_PX = 5.0  # width of a face across a line, as far as edges are looked for around the line (by hand)
+ANOTHER_BEYOND = RIGHT  # of two poses farther apart one is wrong
+# By hand, in units of EXACT_WITHIN: poses are looked for so far aside; what other lines leave open by more,
+# one sd, they say nothing of.
+ASIDE_TIMES, MOST_OPEN_SD = (-1.0, 1.0), 4.0
 
 
 def firmest(found: Found, sight: Sight, pixels: Pixels, habits: Habits) -> tuple[Found, bool]:
@@ -42,7 +40,7 @@ def firmest(found: Found, sight: Sight, pixels: Pixels, habits: Habits) -> tuple
     direction in which other lines tell least; it has to be believed, as print may explain a wrong one better.
     """
     second, open_by = -math.inf, 0.0
-    for _ in range(CLIMBS):
+    for _ in range(MOST_CLIMBS):
         more_px2 = narrow_px2(sight.model, sight.camera, found.pose)
         spread = found.fit.covariance_with(more_px2) if more_px2.any() else found.covariance
         if not more_px2.any() or is_exact(found.pose, spread):
@@ -50,9 +48,9 @@ def firmest(found: Found, sight: Sight, pixels: Pixels, habits: Habits) -> tuple
             break
         centre = turning_point(sight.model, found.pose)
         open_by, step = _weakest(centre, spread)
-        starts = (moved(found.pose, size * step, centre) for size in ASIDE)
+        starts = (moved(found.pose, size * step, centre) for size in ASIDE_TIMES)
         seen = [one for one in (sight.near(pixels, start, habits) for start in starts) if one is not None]
-        others = [one for one in seen if not found.pose.error_to(one.pose).within(*ANOTHER)]
+        others = [one for one in seen if not found.pose.error_to(one.pose).within(*ANOTHER_BEYOND)]
         best = max(others, key=lambda one: one.evidence, default=None)
         if best is None:
             break
@@ -60,7 +58,7 @@ def firmest(found: Found, sight: Sight, pixels: Pixels, habits: Habits) -> tuple
             second = max(second, best.evidence)
             break
         second, found = max(second, found.evidence), best
-    return found, open_by < MOST_OPEN and second < found.evidence - RIVAL_NATS
+    return found, open_by < MOST_OPEN_SD and second < found.evidence - RIVAL_NATS
 
 
 def _weakest(centre: Floats, covariance: Floats) -> tuple[float, Floats]:

@@ -15,17 +15,16 @@ from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD
 from vision_server.pose.steps import moved, step_jacobian, turning_point
-from vision_server.tracking.beside import REACH_PX, Beside
-from vision_server.tracking.fitting import ITERATIONS, TAIL
+from vision_server.tracking.beside import PRINT_REACH_PX, Beside
+from vision_server.tracking.fitting import FIT_ITERATIONS, TAIL
 from vision_server.tracking.lines import outward_of
 
-# The following were chosen by hand. An edge is another one than the line's from this distance outside of it.
-LEAST_PX = 1.5
-# It runs along a parallel to the line, where at least this share of the line's samples have an edge point
-# within this distance; of the outermost such parallel and so many further in, the one with most has the edge.
-PARALLELS_PX = np.arange(LEAST_PX, REACH_PX, 0.5)
-WHOLE, WIDTH_PX, FURTHER_IN = 0.7, 1.0, 3
-OUTER_SD_PX, ELSE_SD_PX = 0.5, 2.0  # of lines with an outer edge, and of those without
+OUTSIDE_PX = 1.5  # outside of a line, from where on an edge is another one than the line's (by hand)
+# By hand. It runs along a parallel to the line, where at least this share of the line's samples have an edge
+# point within this distance; of the outermost such parallel and so many further in, the one with most has it.
+OUTER_PARALLELS_PX = np.arange(OUTSIDE_PX, PRINT_REACH_PX, 0.5)
+LEAST_ON_OUTER, ON_OUTER_PX, FURTHER_IN_PARALLELS = 0.7, 1.0, 3
+OUTER_SD_PX, ELSE_SD_PX = 0.5, 2.0  # of lines with an outer edge, and of those without (by hand)
 
 
 def outer_edges(found: Beside, outward: Floats) -> Floats:
@@ -33,16 +32,16 @@ def outer_edges(found: Beside, outward: Floats) -> Floats:
 
     For ``outward`` (N,), of the samples, see `outward_of`.
     """
-    share = found.share_at(PARALLELS_PX, outward, WIDTH_PX)
-    whole = share >= WHOLE
+    share = found.share_at(OUTER_PARALLELS_PX, outward, ON_OUTER_PX)
+    whole = share >= LEAST_ON_OUTER
     outlines = np.bincount(found.samples.line, outward != 0.0, found.lines)
     whole &= (2.0 * outlines > np.bincount(found.samples.line, minlength=found.lines))[:, None]
     out = np.full(found.lines, np.nan)
     for line in np.flatnonzero(whole.any(axis=1)):
         last = int(np.flatnonzero(whole[line])[-1])
-        first = max(0, last - FURTHER_IN)
+        first = max(0, last - FURTHER_IN_PARALLELS)
         near = share[line, first : last + 1]
-        out[line] = PARALLELS_PX[first + int(np.flatnonzero(near == near.max())[-1])]
+        out[line] = OUTER_PARALLELS_PX[first + int(np.flatnonzero(near == near.max())[-1])]
     return out
 
 
@@ -64,7 +63,7 @@ def outermost(problem: PoseProblem, pose: Pose, found: Beside) -> Pose | None:
     prior = np.repeat([PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD * range_m], 3) ** -2.0
     step: Floats = np.zeros(6)
     factor: Floats = np.ones(len(value))
-    for _ in range(ITERATIONS):
+    for _ in range(FIT_ITERATIONS):
         weighted = rows * (precision * factor)[:, None]
         step = np.asarray(np.linalg.solve(weighted.T @ rows + np.diag(prior), weighted.T @ value), np.float64)
         squares = (value - rows @ step) ** 2 * precision * per_line

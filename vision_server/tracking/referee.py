@@ -1,4 +1,8 @@
-"""Whether a pose that came from elsewhere is right, and what pose nearby would be better."""
+"""Whether a pose that came from elsewhere is right, and what pose nearby would be better.
+
+In go images and the pose; out comes a probability by Bayes' rule over the poses around it (`chances`): what
+refinement makes of it, what a search finds, and turns of that, each with covariance and evidence.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +16,7 @@ import numpy as np
 from geometry.camera import Camera
 from geometry.model import Model, about_middle
 from geometry.near_symmetries import near_symmetries
-from geometry.pose import Pose, PoseError
+from geometry.pose import RIGHT, Pose, PoseError
 from geometry.turns import right_turns, turns_about_round_axes
 from numerics.arrays import Floats
 from vision_server.image_set import ImageSet
@@ -21,31 +25,28 @@ from vision_server.pipeline import PipelineSettings, pose_of_segments
 from vision_server.pose.covariance import pose_covariance, share_within, uncertainty
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import COARSER, FINE_REACHES_PX, NEAR, TURNED_LACK, refined
+from vision_server.pose.ranking import COARSENING, FINE_REACHES_PX, ONE_BASIN, TURNED_LACK_NATS, refined
 from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX, refine
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.spun import spun
 from vision_server.pose.support import PoseSupport, evidence_at, support_at
-from vision_server.pose.trust import RIVAL_NATS, TAILS, confidence, quality
+from vision_server.pose.trust import ERROR_OVER_SD, RIVAL_NATS, confidence, quality
 from vision_server.segments.extraction import extract_segments
-from vision_server.tracking.agreement import agreement
 from vision_server.tracking.beside import beside
-from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, probability
+from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, agreement, probability
 from vision_server.tracking.fitting import Habits, fitted
-from vision_server.tracking.following import PASSES, SETTLED_PX
+from vision_server.tracking.following import MOST_PASSES, SETTLED_PX
 
 Verdict = Literal["ok", "doubtful", "lost"]
 
 
-# Chosen by hand where nothing else is said.
-OK, LOST = 0.8, 0.2  # probabilities from which on, and below which
-LIMITS = (1.0, 0.01)  # degrees, share of the range: a pose is right within them
-BOUND_99 = 16.81  # of a squared difference of six dimensions in units of its covariance
-ALIKE_DEG = 20.0  # between poses that programs take for each other; nearer ones are errors of measurement
-CONFUSED = 1.0 / 3.0  # times as often as it is right, a pose from elsewhere is at such another one
-UNHELD = 1e3  # of LIMITS: moved by refinement, where nothing holds the pose
-MOST_TURNED = 4  # turns that are refined
-DISAGREES = 0.25  # a line with less of its visible length supported
+OK_FROM, LOST_BELOW = 0.8, 0.2  # of what is told, by hand: from the first on, below the second
+CHI2_99 = 16.81  # of a squared difference of six dimensions in units of its covariance: 1 % are larger
+LOOK_ALIKE_DEG = 20.0  # between poses that programs take for each other; nearer is an error of measurement
+CONFUSED_ODDS = 1.0 / 3.0  # assumed: how often a pose from elsewhere is at such another one, for once right
+UNHELD_TIMES_RIGHT = 1e3  # what refinement is said to move a pose by where nothing holds it, in RIGHT
+MOST_TURNS_REFINED = 4  # by hand: each takes as long as the pose itself
+DISAGREEING_SUPPORT = 0.25  # of its visible length, below which a line disagrees (by hand)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,9 +73,9 @@ class Judgement:
     @property
     def state(self) -> Verdict:
         """In one word."""
-        if self.probability >= OK:
+        if self.probability >= OK_FROM:
             return "ok"
-        return "lost" if self.probability < LOST else "doubtful"
+        return "lost" if self.probability < LOST_BELOW else "doubtful"
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,11 +130,11 @@ def judged(
     wide = pose_of_segments(endpoints, problem.channels, model, camera, pose, settings)
     around = _poses_around(problem, wide, pose, edge_radius_m)
     if given is None or not around:
-        return Judgement(0.0, None, None, None, missing, Chances((), UNHELD))
+        return Judgement(0.0, None, None, None, missing, Chances((), UNHELD_TIMES_RIGHT))
     best = around[0]
     chances = Chances(chances_of(around, pose), moved_by(problem, pose))
-    differs = squared_difference(pose, best.pose, best.covariance) > BOUND_99
-    better = best.pose if differs and best.believed > LOST else None
+    differs = squared_difference(pose, best.pose, best.covariance) > CHI2_99
+    better = best.pose if differs and best.believed > LOST_BELOW else None
     difference = None if better is None else pose.error_to(better)
     return Judgement(probability(chances), better, difference, best.covariance, missing, chances)
 
@@ -158,7 +159,7 @@ def _poses_around(
         found += _turned(problem, max(found, key=lambda one: one.nats))
     distinct: list[Around] = []
     for one in sorted(found, key=lambda one: -one.quality):
-        if not any(one.pose.error_to(other.pose).within(*NEAR) for other in distinct):
+        if not any(one.pose.error_to(other.pose).within(*ONE_BASIN) for other in distinct):
             distinct.append(one)
     distinct.sort(key=lambda one: -one.nats)
     worth = [one for one in distinct if one.nats > distinct[0].nats + RIVAL_NATS * math.log(LEAST_ODDS)]
@@ -190,8 +191,8 @@ def _on_lines(problem: PoseProblem, one: Around, habits: Habits) -> Around:
     problem = with_line_scales(problem, one.pose)
     spacing = spacing_for(problem.model, problem.camera, one.pose)
     variance = beside(problem, one.pose).variance_px2
-    one = replace(one, covariance=TAILS**2 * one.covariance)
-    for _ in range(PASSES):
+    one = replace(one, covariance=ERROR_OVER_SD**2 * one.covariance)
+    for _ in range(MOST_PASSES):
         fit = fitted(problem, one.pose, EXACT_REACH_PX, spacing, habits, variance)
         if fit is None:
             break
@@ -209,11 +210,11 @@ def _turned(problem: PoseProblem, best: Around) -> list[Around]:
     model, spacing = problem.model, spacing_for(problem.model, problem.camera, best.pose)
     turns = (*near_symmetries(model), *right_turns(model), *turns_about_round_axes(model))
     poses = [best.pose.compose(turn) for turn in dict.fromkeys(turns)]
-    least = evidence_at(problem, best.pose, COARSER * spacing) - TURNED_LACK
-    poses += spun(problem, best.pose, COARSER * spacing, math.pi)
-    seen = [(evidence_at(problem, pose, COARSER * spacing), pose) for pose in poses]
+    least = evidence_at(problem, best.pose, COARSENING * spacing) - TURNED_LACK_NATS
+    poses += spun(problem, best.pose, COARSENING * spacing, math.pi)
+    seen = [(evidence_at(problem, pose, COARSENING * spacing), pose) for pose in poses]
     promising = sorted((one for one in seen if one[0] > least), key=lambda one: -one[0])
-    return _refined(problem, [pose for _, pose in promising[:MOST_TURNED]])
+    return _refined(problem, [pose for _, pose in promising[:MOST_TURNS_REFINED]])
 
 
 def chances_of(around: Sequence[Around], pose: Pose) -> tuple[Chance, ...]:
@@ -225,28 +226,28 @@ def chances_of(around: Sequence[Around], pose: Pose) -> tuple[Chance, ...]:
     nats = np.array([one.nats for one in around]) / RIVAL_NATS
     shares = np.exp(nats - nats.max())
     shares /= shares.sum()
-    agreements = [agreement(LIMITS, one.pose, one.covariance, pose) for one in around]
+    agreements = [agreement(RIGHT, one.pose, one.covariance, pose) for one in around]
     chances = []
     for share, one, own in zip(shares, around, agreements, strict=True):
-        alike = CONFUSED * sum(
+        alike = CONFUSED_ODDS * sum(
             other.likelihood
             for rival, other in zip(around, agreements, strict=True)
-            if rival.pose.error_to(one.pose).rotation_deg > ALIKE_DEG
+            if rival.pose.error_to(one.pose).rotation_deg > LOOK_ALIKE_DEG
         )
-        within = share_within(LIMITS, one.pose, one.covariance, pose)
+        within = share_within(RIGHT, one.pose, one.covariance, pose)
         told = own._replace(likelihood=own.likelihood + float(alike))
         chances.append(Chance(float(share), one.believed, within, told))
     return tuple(chances)
 
 
 def moved_by(problem: PoseProblem, pose: Pose) -> float:
-    """How far the images move a pose that is nearly there, in LIMITS; UNHELD where nothing holds it."""
+    """How far images move a pose that is nearly there, in RIGHT; UNHELD_TIMES_RIGHT where none holds it."""
     spacing = spacing_for(problem.model, problem.camera, pose)
     found = refine(problem, pose, (EXACT_REACH_PX,), spacing)
     if found is None:
-        return UNHELD
+        return UNHELD_TIMES_RIGHT
     error = found.pose.error_to(pose)
-    return max(error.rotation_deg / LIMITS[0], error.translation_fraction_of_range / LIMITS[1])
+    return max(error.rotation_deg / RIGHT[0], error.translation_fraction_of_range / RIGHT[1])
 
 
 def squared_difference(one: Pose, other: Pose, covariance: Floats) -> float:
@@ -256,4 +257,4 @@ def squared_difference(one: Pose, other: Pose, covariance: Floats) -> float:
 
 
 def _disagreeing(support: PoseSupport) -> tuple[int, ...]:
-    return tuple(line.line for line in support.lines if line.support < DISAGREES)
+    return tuple(line.line for line in support.lines if line.support < DISAGREEING_SUPPORT)

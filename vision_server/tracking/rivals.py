@@ -8,16 +8,17 @@ from dataclasses import dataclass
 
 from geometry.pose import Pose
 from vision_server.judgement import Estimate
-from vision_server.pose.alternatives import SAME
+from vision_server.pose.alternatives import EQUIVALENT_WITHIN
 from vision_server.pose.support import support_at
 from vision_server.pose.trust import RIVAL_NATS, SHARED
 from vision_server.tracking.following import Found
 
-# The following were chosen by hand. A target that has turned so far shows another side; a frame in which it
-# has turned less tells the less of its rivals.
-ANOTHER_DEG = 15.0
-CHANCE, MOST = 0.5, 5.5  # log odds by which poses that show the same differ, and that one frame may tell
-BEHIND = -2.0  # log odds below which a rival is refined before it is taken for so unlikely
+# By hand. A target that has turned so far shows another side; a frame in which it has turned less tells the
+# less of its rivals.
+ANOTHER_VIEW_DEG = 15.0
+# By hand: by the first, poses that show the same differ; one frame may tell the second at most; and below the
+# third a rival is refined before it is taken for so unlikely.
+CHANCE_NATS, MOST_NATS, BEHIND_NATS = 0.5, 5.5, -2.0
 
 
 @dataclass
@@ -65,14 +66,16 @@ class Rivals:
             return
         self._seen = estimate.pose
         for rival in estimate.rivals:
-            if rival.pose.error_to(estimate.pose).within(*SAME):
+            if rival.pose.error_to(estimate.pose).within(*EQUIVALENT_WITHIN):
                 self.unasked = max(self.unasked, rival.share)
                 continue
             if rival.share < SHARED:
                 continue
             told = math.log(rival.share)
             same = [
-                one for one in known if estimate.pose.compose(one.turn).error_to(rival.pose).within(*SAME)
+                one
+                for one in known
+                if estimate.pose.compose(one.turn).error_to(rival.pose).within(*EQUIVALENT_WITHIN)
             ]
             for one in same:
                 one.log_odds = min(one.log_odds, told)
@@ -88,13 +91,13 @@ class Rivals:
         """
         if self._seen is None:
             return
-        another = min(followed.pose.error_to(self._seen).rotation_deg / ANOTHER_DEG, 1.0)
+        another = min(followed.pose.error_to(self._seen).rotation_deg / ANOTHER_VIEW_DEG, 1.0)
         self._seen = followed.pose
         for rival in self._rivals:
             if rival.lives:
                 told = _told(rival, followed, refined)
-                beyond = math.copysign(min(max(abs(told) - CHANCE, 0.0), MOST - CHANCE), told)
-                rival.log_odds = min(rival.log_odds + another * beyond, 0.0)
+                beyond = min(max(abs(told) - CHANCE_NATS, 0.0), MOST_NATS - CHANCE_NATS)
+                rival.log_odds = min(rival.log_odds + another * math.copysign(beyond, told), 0.0)
 
 
 def _told(rival: _Rival, followed: Found, refined: Callable[[Pose], Found | None]) -> float:
@@ -102,7 +105,7 @@ def _told(rival: _Rival, followed: Found, refined: Callable[[Pose], Found | None
     pose = followed.pose.compose(rival.turn)
     support = support_at(followed.problem, pose, followed.softness.spacing_px)
     told = -math.inf if support is None else _log_odds(support.evidence, followed)
-    if told >= BEHIND:
+    if told >= BEHIND_NATS:
         return told
     again = refined(pose)
     if again is None or again.is_at(followed.pose):

@@ -13,7 +13,7 @@ from vision_server.pose.support import support_at
 from vision_server.pose.trust import RIVAL_NATS
 from vision_server.tracking.following import Found
 
-COARSER = 2.0  # times the spacing of the samples (chosen by hand)
+TURNED_COARSENING = 2.0  # samples are so much sparser, as turns are many (by hand)
 
 
 def turn_is_seen(found: Found, model: Model) -> bool:
@@ -21,7 +21,7 @@ def turn_is_seen(found: Found, model: Model) -> bool:
     turns = turns_about_round_axes(model)
     if not turns:
         return True
-    spacing_px = COARSER * found.softness.spacing_px
+    spacing_px = TURNED_COARSENING * found.softness.spacing_px
     own = support_at(found.problem, found.pose, spacing_px)
     if own is None:
         return False

@@ -20,22 +20,22 @@ from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.trust import quality
 from vision_server.tracking.acceptance import HELD, STAYS, SURE, found_belief, is_elsewhere, is_whole
 from vision_server.tracking.following import Found, Sight
-from vision_server.tracking.frame import NAME
+from vision_server.tracking.frame import FRAME_NAME
 from vision_server.tracking.history import History
 from vision_server.tracking.usual import Usual
 
-# All were chosen by hand. Of so many searches that are not believed in a row, one looks without a pose to
-# start from. A lost target is searched in each frame, one that is followed in each sixth.
-EVERYWHERE, EVERYWHERE_FOLLOWED = 6, 4
-WIDENED, WIDEST = 1.25, 2.5  # times the range, with each frame that found nothing, and at most
-FARTHER = 1.6  # times farther, or nearer, than it was last seen it may be when it is looked for everywhere
+# By hand: a search costs as much as an estimate. Of so many searches that are not believed in a row, one
+# looks without a pose to start from. A lost target is searched in each frame, a followed one in each sixth.
+EVERYWHERE_AFTER, EVERYWHERE_FOLLOWED_AFTER = 6, 4
+WIDENED_TIMES, WIDEST_TIMES = 1.25, 2.5  # times the range, with each frame that found nothing, and at most
+FARTHER = 1.6  # than it was last seen, or nearer, it may be when it is looked for everywhere
 # Searches that doubted what they found count up to this; as many must believe it before it is believed.
 MOST_AGAINST = 3
 
 
 def everywhere_is_due(vain: int, lost: bool) -> bool:
     """Whether everything is to be searched, after so many searches in a row that are not believed."""
-    return vain > 0 and vain % (EVERYWHERE if lost else EVERYWHERE_FOLLOWED) == 0
+    return vain > 0 and vain % (EVERYWHERE_AFTER if lost else EVERYWHERE_FOLLOWED_AFTER) == 0
 
 
 class Searches:
@@ -47,7 +47,7 @@ class Searches:
     def estimate(self, pixels: Pixels) -> Estimate:
         """What is found in a frame, whose edges are found once for all searches of it."""
         history, images = self._history, ImageSet(self._sight.camera.width, self._sight.camera.height)
-        images.add(NAME, pixels, 1.0, self._sight.tone.gamma)
+        images.add(FRAME_NAME, pixels, 1.0, self._sight.tone.gamma)
         found = self._around(images, history.trusted if history.lost % 2 else history.last)
         believed = found.score >= SURE and self._is_like_before(found)
         history.vain = 0 if believed else history.vain + 1
@@ -84,7 +84,7 @@ class Searches:
 
     def _around(self, images: ImageSet, start: Pose | Anywhere) -> Estimate:
         """The target around a pose, or as is known of it; farther with each frame without a pose."""
-        times = min(WIDENED**self._history.lost, WIDEST)
+        times = min(WIDENED_TIMES**self._history.lost, WIDEST_TIMES)
         settings = replace(
             self._settings,
             rotation_range_deg=times * SEARCH_ROTATION_DEG,
@@ -108,4 +108,4 @@ class Searches:
         return self._found(images, nearest, self._settings)
 
     def _found(self, images: ImageSet, start: Pose | Anywhere, settings: PipelineSettings) -> Estimate:
-        return estimate_pose(images, [NAME], self._sight.model, self._sight.camera, start, settings)
+        return estimate_pose(images, [FRAME_NAME], self._sight.model, self._sight.camera, start, settings)

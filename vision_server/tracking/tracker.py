@@ -21,7 +21,7 @@ From 2 on, `turning` leaves out what is turned farther than targets turn. What i
 | is followed and doubted | unsure | the same; around when that has lasted |
 | is found by a search that believes it | sure (1) if exact | near and farther |
 | is found by a search that doubts it | unsure | the same; none is believed until a search is |
-| is not there | lost | near and farther for LONGEST_S; around, wider each time |
+| is not there | lost | near and farther for LONGEST_WITHOUT_S; around, wider each time |
 
 (1) Unless a narrow face (`narrow`) or an unseen turn (`round_parts`) leaves another pose as likely.
 """
@@ -39,7 +39,7 @@ from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings
-from vision_server.pose.trust import TAILS, quality
+from vision_server.pose.trust import ERROR_OVER_SD, quality
 from vision_server.tracking import acceptance
 from vision_server.tracking.clock import Clock
 from vision_server.tracking.fitting import Habits
@@ -60,12 +60,11 @@ Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 """State, pose, covariance, and the share of each visible line that is seen: as in `Tracked`."""
 
 # Squared innovations: an honest filter's are 6 on average, and 1 % and 1e-6 of them are larger than these.
-EXPECTED, SURPRISING = 16.8, 38.3
-# The next were chosen by hand. A frame with less of the quality that is usual in its light is sure only where
-# its probability is SURE.
-SURE_LIKE = 0.6
-LOOKED_AT_ANEW = 5  # frames in a row that are not believed, after which a search is made
-LONGEST_S = 0.5  # without a pose, after which the velocity says nothing any more
+EXPECTED_CHI2, SURPRISING_CHI2 = 16.8, 38.3
+# By hand. A frame with less of the quality that is usual in its light is sure only where its probability is
+# SURE; after so many frames in a row that are not believed a search is made; and after so long without a pose
+# the velocity says nothing any more.
+SURE_QUALITY, LOOKED_AT_ANEW, LONGEST_WITHOUT_S = 0.6, 5, 0.5
 
 
 class Tracker:
@@ -160,7 +159,7 @@ class Tracker:
             return likeliest(believed, expected, self.model.middle)
         held = [one for one in candidates if one.belief(0.0) >= acceptance.HELD]
         if not held and self._history.lost == 0:
-            foreseen = [one for one, innovation in both if innovation.squared <= SURPRISING]
+            foreseen = [one for one, innovation in both if innovation.squared <= SURPRISING_CHI2]
             held = [one for one in foreseen if acceptance.is_partly_whole(one.support)]
         return held[0] if held else None
 
@@ -176,7 +175,7 @@ class Tracker:
     def _is_likely(self, found: Found, innovation: Innovation) -> bool:
         """Whether a pose would be believed in light that usually shows as little."""
         probable = acceptance.is_probable(found, self._rivals, self._history.believed)
-        return probable and innovation.squared <= SURPRISING
+        return probable and innovation.squared <= SURPRISING_CHI2
 
     def _taken(self, pixels: Pixels, found: Found) -> Seen:
         """A pose that was followed is this frame's: the motion goes on from it."""
@@ -185,11 +184,11 @@ class Tracker:
         found, clear = firmest(found, self._sight, pixels, self._habits)
         innovation = self._innovation(found)
         believed, likely = self._is_believed(found, innovation), self._is_likely(found, innovation)
-        if innovation.squared <= SURPRISING:
+        if innovation.squared <= SURPRISING_CHI2:
             self._motion = self._motion.corrected(innovation)
         else:
             self._motion = Motion.at_rest(found.pose, found.covariance, self.model.middle)
-        stays = innovation.squared <= EXPECTED and found.quality >= SURE_LIKE * self._usual.quality
+        stays = innovation.squared <= EXPECTED_CHI2 and found.quality >= SURE_QUALITY * self._usual.quality
         steady = believed and (history.believed or self._usual.is_other)
         steady = steady and acceptance.is_sure(found, self._rivals, stays)
         steady = steady and not self._strain.asked(found.is_strained)
@@ -239,7 +238,7 @@ class Tracker:
     def _lost(self) -> Seen:
         """There is no pose."""
         self._history.missed()
-        self._motion = None if self._history.without_s > LONGEST_S else self._motion
+        self._motion = None if self._history.without_s > LONGEST_WITHOUT_S else self._motion
         return "lost", None, None, None
 
     def _adopted(self, pixels: Pixels, estimate: Estimate, found: Found | None) -> Seen:
@@ -250,7 +249,7 @@ class Tracker:
             self._turning.seen(estimate.pose)
         history.search_believed = self._searches.believe(estimate, found, self._rivals.unasked) and not far
         believed = history.search_believed and acceptance.are_unlikely(self._rivals)
-        clear, pose, covariance = True, estimate.pose, TAILS**2 * estimate.covariance
+        clear, pose, covariance = True, estimate.pose, ERROR_OVER_SD**2 * estimate.covariance
         belief = acceptance.belief_in(estimate)
         if found is not None:
             found, clear = firmest(found, self._sight, pixels, self._habits)

@@ -23,7 +23,7 @@ from vision_server.tracking.acceptance import SURE, is_whole
 
 # Chosen by hand: beside what a pose may be off, 3 degrees a frame at 30 a second.
 AT_ONCE_DEG, RATE_DEG_S = 15.0, 90.0
-HALF = math.pi - 1e-6  # radians, but for rounding
+HALF_RAD = math.pi - 1e-6  # radians, but for rounding
 
 
 class Turning:
@@ -59,7 +59,7 @@ class Turning:
         """Whether a pose may look like one that the target can have, turned by half or nearly symmetric."""
         if self._last is None:
             return False
-        halves = (turn for turn in right_turns(self._model) if np.linalg.norm(turn.rotation_vector) > HALF)
+        halves = (one for one in right_turns(self._model) if np.linalg.norm(one.rotation_vector) > HALF_RAD)
         turns = (*near_symmetries(self._model), *halves)
         if any(self.allows(pose.compose(turn)) for turn in turns):
             return True

@@ -16,15 +16,14 @@ from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import quality
 from vision_server.tracking.acceptance import keeps
 
-# Chosen by hand.
-# Of the quality that is usual in its light: a frame with less than the first share is looked at again, one
-# with less than the second is not believed.
-AS_BEFORE, LIKE_BEFORE = 0.5, 0.25
-REMEMBERED = 0.1  # share of the latest frame in what is usual
-LAST = 8  # believed frames that are remembered, of whose lights one may be this frame's
+# By hand, of the quality that is usual in its light: a frame with less than the first share is looked at
+# again, one with less than the second is not believed.
+AS_BEFORE_QUALITY, LIKE_BEFORE_QUALITY = 0.5, 0.25
+LATEST_FRAME_SHARE = 0.1  # of the latest frame in what is usual: it is that of some ten frames (by hand)
+REMEMBERED_FRAMES = 8  # believed frames that are remembered, of whose lights one may be this frame's
 # A frame is in light like another one's if its faces are off from that one's, squared, by less than the first
 # share of what they are off from the last one's; the motion changes them by less than the second share.
-ALIKE, NOTICED = 0.3, 0.08
+ALIKE_LIGHT, NOTICED_LIGHT = 0.3, 0.08
 
 
 class Seen(NamedTuple):
@@ -41,7 +40,7 @@ class Usual:
     def __init__(self, model: Model, camera: Camera) -> None:
         self._model, self._camera = model, camera
         self._middles = np.array([model.vertices[face].mean(axis=0) for face in model.faces]).reshape(-1, 3)
-        self._last: deque[Seen] = deque(maxlen=LAST)
+        self._last: deque[Seen] = deque(maxlen=REMEMBERED_FRAMES)
         self._doubted: list[Seen] = []
         self._faces = np.full(len(self._middles), np.nan)
         self._ago = 1  # which of the last is in light like this frame's
@@ -59,11 +58,11 @@ class Usual:
     def shows(self, support: PoseSupport) -> bool:
         """Whether a frame shows what those of its light do, so that it needs no look farther around."""
         kept = self.whole is None or keeps(support, self.whole)
-        return kept and quality(support) >= AS_BEFORE * self.quality
+        return kept and quality(support) >= AS_BEFORE_QUALITY * self.quality
 
     def is_like_before(self, quality: float) -> bool:
         """Whether a pose of this quality may be the target, as other frames in this light show it."""
-        return quality >= LIKE_BEFORE * self.quality
+        return quality >= LIKE_BEFORE_QUALITY * self.quality
 
     @property
     def is_other(self) -> bool:
@@ -85,7 +84,7 @@ class Usual:
     def believed(self, quality: float, whole: Flags | None) -> None:
         """That the target was seen so well in this frame; what was doubted for less was right then."""
         before = self.quality if self._last else quality
-        usual = quality + (before - quality) * (1.0 - REMEMBERED) ** self._ago
+        usual = quality + (before - quality) * (1.0 - LATEST_FRAME_SHARE) ** self._ago
         self._last.extend(self._doubted)
         self._last.append(Seen(self._faces, usual, whole))
         self._doubted, self._ago = [], 1
@@ -101,7 +100,7 @@ class Usual:
     def _is_nearer(self, off: float, before: float) -> bool:
         """Whether faces are off from those of one frame by clearly less than from those of the one before."""
         seen = self._faces[np.isfinite(self._faces)]
-        return len(seen) > 0 and off < ALIKE * (before - (NOTICED * float(seen.mean())) ** 2)
+        return len(seen) > 0 and off < ALIKE_LIGHT * (before - (NOTICED_LIGHT * float(seen.mean())) ** 2)
 
     def _brightness(self, pixels: Pixels, pose: Pose) -> Floats:
         """Grey in the middles of faces that are turned to the camera, (F,)."""

@@ -14,10 +14,10 @@ from tests.geometry.boxes import box
 from tests.vision_server.matching_scenes import CAMERA, POSE, SATELLITE, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
 from vision_server.matching.icp import (
-    CHANCE,
+    CHANCE_SUPPORT,
     SIGNIFICANCE,
     SUM,
-    TURN,
+    SUPPORT_SINE,
     Lookup,
     Merit,
     align,
@@ -26,9 +26,9 @@ from vision_server.matching.icp import (
 )
 from vision_server.matching.match import SearchRange, distinct, long_enough
 from vision_server.matching.nearest_edges import (
-    BINS,
+    AXIS_BINS,
+    BIN_OVERLAP,
     NO_SEGMENT,
-    OVERLAP,
     PIECE_PX,
     bin_of,
     distance_transform,
@@ -56,7 +56,7 @@ def axial_gap(first: float, second: float, period: float) -> float:
 @settings(deadline=None)  # the first call compiles
 @given(st.floats(0.001, np.pi - 0.001), st.floats(0.01, 100.0), st.booleans())
 def test_bins_of_directions(angle: float, length: float, turned: bool) -> None:
-    bins = angle / np.pi * BINS
+    bins = angle / np.pi * AXIS_BINS
     if abs(bins - round(bins)) < 1e-6:
         return
     sign = -1.0 if turned else 1.0
@@ -67,12 +67,13 @@ def test_the_labelled_segment_is_the_nearest_of_like_direction() -> None:
     segments = segments_of(SATELLITE, POSE, clutter=60)
     edges = nearest_edges(segments, CAMERA)
     steps = segments[:, 2:] - segments[:, :2]
-    position = np.arctan2(steps[:, 1], steps[:, 0]) % np.pi / np.pi * BINS
+    position = np.arctan2(steps[:, 1], steps[:, 0]) % np.pi / np.pi * AXIS_BINS
     random = np.random.default_rng(1)
     for _ in range(200):
-        bin_, point = int(random.integers(BINS)), random.uniform([0, 0], [639, 479])
+        bin_, point = int(random.integers(AXIS_BINS)), random.uniform([0, 0], [639, 479])
         label = int(edges.label[bin_, int((point[1] + 0.5) / 2), int((point[0] + 0.5) / 2)])
-        like = [i for i in range(len(segments)) if axial_gap(position[i], bin_ + 0.5, BINS) <= 0.5 + OVERLAP]
+        gaps = [axial_gap(one, bin_ + 0.5, AXIS_BINS) for one in position]
+        like = [i for i in range(len(segments)) if gaps[i] <= 0.5 + BIN_OVERLAP]
         least = min(distance_to(segments[i], point) for i in like)
         assert label in like
         assert distance_to(segments[label], point) <= 1.03 * least + 4.0
@@ -107,21 +108,21 @@ def plain_score(segments: Floats, label: Floats, pose: Pose, reach: float, merit
     total, length, left = 0.0, 0.0, defaultdict[tuple[int, int], float](lambda: PIECE_PX)
     for point, direction, px in zip(*_plain_samples(pose), strict=True):
         angle = np.arctan2(direction[1], direction[0]) % np.pi
-        bin_ = min(BINS - 1, int(angle / np.pi * BINS))
+        bin_ = min(AXIS_BINS - 1, int(angle / np.pi * AXIS_BINS))
         support = 0.0
         segment = int(label[bin_, int((point[1] + 0.5) / 2), int((point[0] + 0.5) / 2)])
         if segment >= 0:
             step = segments[segment, 2:] - segments[segment, :2]
             turn = abs(np.sin(np.arctan2(step[1], step[0]) - angle))
             near = max(0, 1 - distance_to(segments[segment], point) / reach)
-            support = px * near * max(0, 1 - turn / TURN)
+            support = px * near * max(0, 1 - turn / SUPPORT_SINE)
             if merit.once:
                 whole = float(np.linalg.norm(step))
                 along = float(np.clip((point - segments[segment, :2]) @ step / whole, 0.0, whole))
                 piece = (segment, int(along / PIECE_PX))
                 support = min(support, left[piece])
                 left[piece] -= support
-        total += support - px * CHANCE
+        total += support - px * CHANCE_SUPPORT
         length += px
     return float(total / length**merit.power)
 

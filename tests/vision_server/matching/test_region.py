@@ -9,7 +9,7 @@ from geometry.camera import Camera
 from geometry.model import find_target, load_model
 from geometry.pose import Pose, disturbed
 from vision_server.matching import SearchRange
-from vision_server.matching.region import WORTH_SHARE, region_of
+from vision_server.matching.region import MOST_REGION_SHARE, region_of
 
 CAMERA = Camera(4000, 3000, 4800.0, 4800.0, 1999.5, 1499.5)
 LENS = replace(CAMERA, distortion=(-0.3, 0.12, 0.001, -0.001, 0.0))
@@ -26,7 +26,7 @@ def test_the_target_is_in_it_at_any_pose_of_the_range(camera: Camera, aside: flo
     region = region_of(model, camera, start, REACH)
     assert region is not None
     left, top, right, bottom = region
-    assert (right - left) * (bottom - top) < WORTH_SHARE * camera.width * camera.height
+    assert (right - left) * (bottom - top) < MOST_REGION_SHARE * camera.width * camera.height
     rng = np.random.default_rng(1)
     for _ in range(100):
         pose = disturbed(POSE, rng, REACH.rotation_deg, REACH.translation_px, camera.fx)

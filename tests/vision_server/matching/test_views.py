@@ -12,9 +12,9 @@ from numerics.arrays import Floats
 from tests.vision_server.matching_scenes import CAMERA, CUBE, POSE, SATELLITE
 from vision_server.matching.search import exact_view
 from vision_server.matching.views import (
-    CELL_DEG,
-    MOST_LINES,
-    SEEN_LINE_PX,
+    LEAST_SEARCHED_LINE_PX,
+    MOST_SEARCHED_CURVES,
+    VIEW_CELL_DEG,
     Views,
     cells_of,
     frame_towards,
@@ -40,7 +40,7 @@ def test_a_view_shows_the_lines_that_are_visible_from_its_direction() -> None:
 def test_poses_that_look_alike_share_a_view() -> None:
     views = Views(CUBE, CAMERA, POSE, 8.0)
     spun = POSE.stepped([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
-    tilted = POSE.compose(Pose(np.array([np.radians(3 * CELL_DEG), 0.0, 0.0]), np.zeros(3)))
+    tilted = POSE.compose(Pose(np.array([np.radians(3 * VIEW_CELL_DEG), 0.0, 0.0]), np.zeros(3)))
     poses = [POSE, spun, tilted]
     index = views.of(np.array([p.matrix for p in poses]), np.array([p.translation for p in poses]))
     assert index[0] == index[1] != index[2]
@@ -57,14 +57,14 @@ def test_a_view_is_seen_from_near_the_direction_asked_for(towards: Floats) -> No
     cell = cells_of(away[None], np.array([[0.0, 0.0, 1.0]]), np.zeros(3), frame)[0]
     middle = middle_of_cell(cell, frame)
     off = np.degrees(np.arccos(middle @ towards / np.linalg.norm(towards)))
-    assert off < 0.5 * np.sqrt(2.0) * CELL_DEG
+    assert off < 0.5 * np.sqrt(2.0) * VIEW_CELL_DEG
     again = frame_towards(-middle)
     assert cells_of(again[None], np.array([[0.0, 0.0, 1.0]]), np.zeros(3), frame)[0] == cell
 
 
 def of_many_lines() -> Model:
     """The satellite with each of its lines many times."""
-    many = 3 * MOST_LINES
+    many = 3 * MOST_SEARCHED_CURVES
     lines = np.tile(SATELLITE.lines, (many // len(SATELLITE.lines) + 1, 1))
     repeated = len(lines) // len(SATELLITE.lines)
     faces = np.tile(SATELLITE.line_faces, (repeated, 1))
@@ -85,14 +85,14 @@ def test_of_a_big_model_lines_that_are_short_in_the_image_are_not_looked_for() -
         )
         ends = CAMERA.project(afar.apply(seen.ends.reshape(-1, 3))).reshape(-1, 2, 2)
         shortest.append(np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1).min())
-    assert MIN_LINE_PX <= shortest[0] < SEEN_LINE_PX <= shortest[1]
+    assert MIN_LINE_PX <= shortest[0] < LEAST_SEARCHED_LINE_PX <= shortest[1]
 
 
 def test_a_big_model_keeps_its_longest_lines_and_all_that_hides() -> None:
     assert len(sparse_solid(SATELLITE).lines) == len(SATELLITE.lines)
     big = of_many_lines()
     solid = sparse_solid(big)
-    assert len(solid.lines) == MOST_LINES
+    assert len(solid.lines) == MOST_SEARCHED_CURVES
     assert len(solid.tree.triangle) == len(SATELLITE.triangles)
     length = np.linalg.norm(np.diff(SATELLITE.vertices[SATELLITE.lines], axis=1)[:, 0], axis=1)
     kept = np.linalg.norm(np.diff(solid.vertices[solid.lines], axis=1)[:, 0], axis=1)

@@ -8,7 +8,7 @@ from numerics.arrays import Floats, Ints
 from tests.vision_server.refined_poses import channels_of, scaled
 from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
 from vision_server.pose.along_lines import _near_pairs
-from vision_server.pose.association import BEYOND_PX, BLUR_SHARE, NEIGHBOUR_HEIGHT, associate, neighbour_pulls
+from vision_server.pose.association import BLUR_RATIO, NEIGHBOUR_HEIGHT, PAST_PX, associate, neighbour_pulls
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import refined
 
@@ -72,7 +72,7 @@ def test_lines_that_cross_do_not_compete() -> None:
 def test_a_line_has_no_claim_beyond_its_ends() -> None:
     along = np.arange(20.0)
     image = np.concatenate(
-        [np.stack([along, 0 * along], axis=1), np.stack([along + 20.0 + BEYOND_PX, 0 * along + 4.0], axis=1)]
+        [np.stack([along, 0 * along], axis=1), np.stack([along + 20 + PAST_PX, 0 * along + 4.0], axis=1)]
     )
     offset = np.full((40, 1), 3.0)
     associate(sampled(np.repeat([0, 1], 20), image, np.tile([1.0, 0.0], (40, 1))), 2, offset[None])
@@ -92,7 +92,7 @@ def test_the_pull_of_a_neighbour_is_that_on_a_blurred_step(gap_px: float) -> Non
     sigma = np.full((1, 2), 2.0)
     pull = neighbour_pulls(level_samples(gap_px), 2, sigma)[0]
     np.testing.assert_allclose(pull[:20], -pull[20:])
-    seen = step_beside(gap_px, BLUR_SHARE * 2.0, NEIGHBOUR_HEIGHT)
+    seen = step_beside(gap_px, BLUR_RATIO * 2.0, NEIGHBOUR_HEIGHT)
     assert 0.5 * seen < pull[0] < 2.0 * seen
 
 

@@ -9,7 +9,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.visibility import Samples
 from tests.vision_server.synthetic import one_image
-from vision_server.pose.curved_edges import SHARP_PX, bend, drawn_in
+from vision_server.pose.curved_edges import BLUR_OVER_SOFTNESS, bend, drawn_in
 from vision_server.pose.observation import PoseProblem, observe
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
@@ -32,7 +32,7 @@ def test_an_arc_bends_towards_its_centre(radius_px: float, turn: float) -> None:
     centre = samples.image + samples.normal / bend(samples)[:, None]
     np.testing.assert_allclose(centre, np.tile([100.0, 80.0], (20, 1)), atol=1e-6)
     (back,) = drawn_in(samples, np.array([[2.0]]), np.array([[1.0]]))
-    assert np.abs(back) == pytest.approx(0.5 * (1.0 + (2.0 * SHARP_PX) ** 2) / radius_px)
+    assert np.abs(back) == pytest.approx(0.5 * (1.0 + (2.0 * BLUR_OVER_SOFTNESS) ** 2) / radius_px)
 
 
 def test_straight_and_very_short_lines_do_not_bend() -> None:

@@ -10,8 +10,8 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import disturbed
 from vision_server.pose import ranking
-from vision_server.pose.detail import MOST_LINES, fewer_lines
 from vision_server.pose.observation import Observation, PoseProblem, observe
+from vision_server.pose.ranking import MOST_COMPARED_CURVES, fewer_lines
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 
@@ -25,7 +25,7 @@ def test_the_longest_lines_are_kept_with_their_softness() -> None:
     scale = np.arange(len(model.lines))[None]
     problem = PoseProblem([], model, CAMERA, scale)
     sparse = fewer_lines(problem)
-    assert MOST_LINES <= len(sparse.model.lines) < 0.7 * len(model.lines)
+    assert MOST_COMPARED_CURVES <= len(sparse.model.lines) < 0.7 * len(model.lines)
     kept = sparse.scale[0]
     np.testing.assert_array_equal(sparse.model.lines, model.lines[kept])
     np.testing.assert_array_equal(sparse.model.line_faces, model.line_faces[kept])
@@ -53,6 +53,6 @@ def test_few_looks_take_in_all_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     found = estimated(pixels, model, CAMERA, disturbed(true, rng, 25.0, 40.0, CAMERA.fx))
     assert found.pose is not None
     assert found.pose.error_to(true).within(0.2, 0.002)
-    assert max(line.line for line in found.lines) > MOST_LINES
-    assert 0 < looks.count(len(model.lines)) <= 6 * ranking.REFINED
+    assert max(line.line for line in found.lines) > MOST_COMPARED_CURVES
+    assert 0 < looks.count(len(model.lines)) <= 6 * ranking.MOST_REFINED
     assert len(looks) - looks.count(len(model.lines)) >= 3

@@ -10,8 +10,7 @@ from numerics.arrays import Floats
 from tests.vision_server.synthetic import one_image
 from tests.vision_server.whole_tiles import deep_channel, everywhere, whole
 from vision_server.channels.gradients import GradientChannel, Normals
-from vision_server.pose.edge_points import CURVATURE_NOISE, DERIVATIVE_NOISE
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import CURVATURE_NOISE, DERIVATIVE_NOISE, search
 
 
 def step_image(place: float, angle: float, blur: float, size: int = 81) -> Floats:

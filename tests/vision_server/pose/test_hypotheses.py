@@ -6,7 +6,7 @@ from geometry.pose import Pose
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.pose.hypotheses import (
-    LOOSENED,
+    LOOSENED_MOTIONS,
     LOOSENED_PX,
     EdgesAround,
     edges_around,
@@ -92,7 +92,7 @@ def test_a_small_step_settles_where_it_came_from(model: Model) -> None:
 def test_loosened_steps_go_a_set_way_to_either_side(model: Model) -> None:
     near = around(model, linear_picture(model, CAMERA, POSE))
     steps = loosened_steps(near.jacobian, near.samples.px, prior_precision(0.4, 1.0)[:6], 0.4)
-    assert len(steps) == 2 * LOOSENED
+    assert len(steps) == 2 * LOOSENED_MOTIONS
     for step in steps:
         assert np.abs(near.jacobian @ step).max() == pytest.approx(LOOSENED_PX)
     np.testing.assert_allclose(steps[0], -steps[1])

@@ -11,7 +11,7 @@ from geometry.symmetries import ASYMMETRIC, Symmetry
 from tests.vision_server.refined_poses import channels_of, scaled
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.pose import likely
-from vision_server.pose.alternatives import LEAST_CHANCE, distinct_of, listed, shares
+from vision_server.pose.alternatives import LEAST_LISTED_CHANCE, distinct_of, listed, shares
 from vision_server.pose.likely import likely_of
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.places import A_PART_NATS
@@ -91,7 +91,7 @@ def test_of_many_poses_those_are_listed_that_noise_may_have_put_last() -> None:
 
 def test_images_by_a_symmetry_share_a_probability() -> None:
     other = POSE.compose(QUARTER)
-    poses = listed([(POSE, 0.8), (other, 0.9 * LEAST_CHANCE)], TWO_SIDES)
+    poses = listed([(POSE, 0.8), (other, 0.9 * LEAST_LISTED_CHANCE)], TWO_SIDES)
     assert [one.probability for one in poses] == [0.4, 0.4]
     assert poses[1].pose.error_to(POSE.compose(HALF)).within(1e-6, 1e-6)
     allowed = listed([(POSE, 0.8)], TWO_SIDES, lambda pose: pose is POSE)

@@ -13,7 +13,7 @@ from tests.vision_server.synthetic import one_image
 from vision_server.pose.courses import BLUR, courses_of
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem, observe
-from vision_server.pose.outline_profiles import REACH, Optics, Outlines, outlines_of
+from vision_server.pose.outline_profiles import REACH_STEPS, Optics, Outlines, outlines_of
 from vision_server.pose.sampling import spacing_for
 
 FINE = 40  # samples of a step
@@ -27,7 +27,7 @@ def profile(root: float, slope: float, place: float = 0.0) -> Floats:
     inside = np.maximum(x, 0.0)
     picture = (x > 0.0) + 0.5 * (x == 0.0) + root * np.sqrt(inside) + slope * inside
     across = np.gradient(gaussian_filter1d(picture, FINE * np.hypot(FILTER_PX, BLUR_PX)), 1.0 / FINE)
-    return np.asarray(across[12 * FINE + FINE * np.arange(-REACH, REACH + 1)])
+    return np.asarray(across[12 * FINE + FINE * np.arange(-REACH_STEPS, REACH_STEPS + 1)])
 
 
 def told(profiles: list[Floats]) -> Outlines:
@@ -41,9 +41,9 @@ def told(profiles: list[Floats]) -> Outlines:
 def test_an_outline_is_where_the_surface_ends(
     root: float, slope: float, sign: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("vision_server.pose.outline_profiles.SEEMING", 1.0)
+    monkeypatch.setattr("vision_server.pose.outline_profiles.SEEMING_BLUR_RATIO", 1.0)
     fine = np.linspace(-1.0, 1.0, 201)
-    steepest = fine[np.argmax([profile(root, slope, -u)[REACH] for u in fine])]
+    steepest = fine[np.argmax([profile(root, slope, -u)[REACH_STEPS] for u in fine])]
     for place in (-0.4, 0.0, 0.37):
         seen = [sign * one for one in (profile(root, slope, place), profile(0.0, 0.0), profile(0.0, 0.0))]
         assert abs(float(told(seen).place[0]) - place) < max(0.08, 0.3 * abs(steepest))

@@ -11,8 +11,7 @@ from geometry.model import Model
 from geometry.visibility import visible_samples
 from tests.vision_server.whole_tiles import deep_channel
 from vision_server.channels.gradients import Normals
-from vision_server.pose.edge_points import Channel
-from vision_server.pose.edge_search import search
+from vision_server.pose.edge_points import Channel, search
 from vision_server.pose.outline_shading import inside_of, way_back
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)

@@ -13,8 +13,8 @@ from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.profiles import (
     MOST_MOVED_PX,
     MOST_STEP_PX,
+    PROFILE_STEPS,
     SHARP_WIDTH,
-    STEPS,
     Place,
     profiles_of,
     told_by,
@@ -31,7 +31,7 @@ def profile(bumps: Bumps, width: float = SHARP_WIDTH) -> tuple[Floats, float]:
         return np.asarray(sum(h * np.exp(-0.5 * ((u - place) / width) ** 2) for place, h in bumps))
 
     maximum = float(minimize_scalar(lambda u: -abs(at(u)), bounds=(-1.0, 1.0), method="bounded").x)
-    return at(maximum + np.arange(-STEPS, STEPS + 1))[None], maximum
+    return at(maximum + np.arange(-PROFILE_STEPS, PROFILE_STEPS + 1))[None], maximum
 
 
 @pytest.mark.parametrize("width", [0.9, 1.12, 1.6, 2.2])
@@ -64,7 +64,7 @@ def test_more_beside_an_edge_is_more_rest() -> None:
 
 
 def test_where_anything_may_be_the_edge_it_is_left_where_it_is() -> None:
-    noise = np.random.default_rng(0).normal(size=(200, 2 * STEPS + 1))
+    noise = np.random.default_rng(0).normal(size=(200, 2 * PROFILE_STEPS + 1))
     told = told_by(noise, np.ones(200, bool))
     assert np.median(told.rest) > 0.4
     assert np.all(told.moved[told.rest > 0.3] == 0.0)
@@ -72,7 +72,7 @@ def test_where_anything_may_be_the_edge_it_is_left_where_it_is() -> None:
 
 
 def test_no_edge_at_all_tells_nothing() -> None:
-    told = told_by(np.zeros((1, 2 * STEPS + 1)), SHARP)
+    told = told_by(np.zeros((1, 2 * PROFILE_STEPS + 1)), SHARP)
     assert told.rest == 1.0
     assert told.moved == 0.0
 

@@ -11,7 +11,7 @@ from geometry.rotation import matrix_of
 from geometry.symmetries import ASYMMETRIC
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
-from vision_server.matching.draws import MARGIN, MARGIN_DEG, MARGIN_PX, beyond_of
+from vision_server.matching.draws import MARGIN_DEG, MARGIN_PX, MARGIN_SHARE, beyond_of
 from vision_server.matching.match import SearchRange
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import Refined, best_first, nowhere
@@ -44,12 +44,12 @@ def at(one: Refined, pose: Pose) -> Refined:
 
 def test_nothing_speaks_against_a_pose_within_the_range() -> None:
     beyond = beyond_of(POSE, CAMERA, SearchRange(25.0, 40.0))
-    margin = MARGIN * 25.0 + MARGIN_DEG
+    margin = MARGIN_SHARE * 25.0 + MARGIN_DEG
     assert beyond(turned_by(POSE, 25.0 + margin)) == pytest.approx(1.0)
     angles = (0.0, 12.5, 24.9, 25.0 + 0.25 * margin, 25.0 + 0.5 * margin, 90.0)
     against = [nats_against(beyond(turned_by(POSE, angle))) for angle in angles]
     assert against == pytest.approx([0.0, 0.0, 0.0, 0.5 * BEYOND_NATS, BEYOND_NATS, BEYOND_NATS])
-    margin_px = MARGIN * 40.0 + MARGIN_PX
+    margin_px = MARGIN_SHARE * 40.0 + MARGIN_PX
     places_px = (0.0, 39.9, -40.0 - 0.25 * margin_px, 40.0 + 0.5 * margin_px)
     against = [nats_against(beyond(aside(POSE, place_px))) for place_px in places_px]
     assert against == pytest.approx([0.0, 0.0, 0.5 * BEYOND_NATS, BEYOND_NATS])

@@ -4,7 +4,7 @@ import pytest
 from geometry.model import Model
 from geometry.visibility import DENSEST_PX, visible_samples
 from tests.vision_server.synthetic import CAMERA, POSE
-from vision_server.pose.sampling import MOST_SAMPLES, spacing_for, thinned
+from vision_server.pose.sampling import SAMPLES_A_TARGET, spacing_for, thinned
 
 
 @pytest.mark.parametrize("most", [1, 5, 12, 1000])
@@ -31,4 +31,4 @@ def test_the_spacing_bounds_the_number_of_samples(model: Model) -> None:
     for pose in (POSE, near):
         spacing = spacing_for(model, CAMERA, pose)
         assert spacing >= DENSEST_PX
-        assert len(visible_samples(model, CAMERA, pose, spacing).line) < 1.1 * MOST_SAMPLES
+        assert len(visible_samples(model, CAMERA, pose, spacing).line) < 1.1 * SAMPLES_A_TARGET

@@ -13,14 +13,14 @@ from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.pose import profiles
-from vision_server.pose.courses import BLUR, FLAT_SHARE, UNKNOWNS, Courses, courses_of
+from vision_server.pose.courses import BLUR, COURSE_PRIOR_SHARE, COURSE_UNKNOWNS, Courses, courses_of
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.ranking import Refined, best_first
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.settling import (
-    DEGREES,
-    LEAST_FACTOR,
-    OF_BLUR,
+    BLUR_PRECISION,
+    LEAST_COVARIANCE_FACTOR,
+    T_FREEDOM,
     agreed,
     as_seen,
     scatter_of,
@@ -30,7 +30,7 @@ from vision_server.pose.stretch import stretched
 from vision_server.pose.weights import base_weights
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
-PRIOR = np.r_[np.r_[np.full(3, 0.3), np.full(3, 0.05), 0.01, 0.8] ** -2.0, OF_BLUR]
+PRIOR = np.r_[np.r_[np.full(3, 0.3), np.full(3, 0.05), 0.01, 0.8] ** -2.0, BLUR_PRECISION]
 
 
 def found(part: Model, model: Model, seed: int) -> Refined:
@@ -44,9 +44,9 @@ def found(part: Model, model: Model, seed: int) -> Refined:
 def drawn_courses(count: int, seed: int) -> tuple[Courses, Floats]:
     """Lines that say where they are to a fiftieth of a pixel, and the unknowns that they agree on."""
     random = np.random.default_rng(seed)
-    motion = random.normal(0.0, 1.0, (count, 2, UNKNOWNS)) * 300.0
+    motion = random.normal(0.0, 1.0, (count, 2, COURSE_UNKNOWNS)) * 300.0
     motion[:, :, 6:] = 0.0
-    true = np.zeros(UNKNOWNS)
+    true = np.zeros(COURSE_UNKNOWNS)
     true[:6] = random.normal(0.0, 0.003, 6)
     noise = np.tile(0.02**2 * np.eye(2), (count, 1, 1))
     place = motion @ true + random.normal(0.0, 0.02, (count, 2))
@@ -110,7 +110,7 @@ def test_the_course_of_a_line_is_the_weighted_straight_line_through_its_edge_poi
         for round_ in range(4):
             cut = 1.5 if round_ == 0 else max(0.55, 4.685 * 1.4826 * np.median(np.abs(residual[weight > 0])))
             weight = base[0, at] * np.maximum(0.0, 1.0 - (residual / cut) ** 2) ** 2
-            normal = (t * weight) @ t.T + FLAT_SHARE * weight.sum() * np.eye(2)
+            normal = (t * weight) @ t.T + COURSE_PRIOR_SHARE * weight.sum() * np.eye(2)
             course = np.linalg.solve(normal, (t * weight) @ seen.offset[0, at])
             residual = seen.offset[0, at] - course @ t
         rows = np.hstack([seen.jacobian, seen.nuisance[0], np.zeros((len(more), 1)), more])[at]
@@ -200,11 +200,11 @@ def test_lines_that_scatter_more_or_are_softer_make_a_pose_less_certain() -> Non
     courses, _ = drawn_courses(12, 0)
     soft = courses._replace(spread=10.0 * courses.spread)
     assert as_seen(1.0, soft) > as_seen(1.0, courses) > as_seen(0.5, courses)
-    assert as_seen(0.0, courses) == LEAST_FACTOR
+    assert as_seen(0.0, courses) == LEAST_COVARIANCE_FACTOR
 
 
 @pytest.mark.parametrize("factor", [0.25, 1.0, 4.0])
 def test_the_scatter_of_lines_is_what_it_was(factor: float) -> None:
     random = np.random.default_rng(0)
-    squares = factor * random.chisquare(2, 4000) / (random.chisquare(DEGREES, 4000) / DEGREES)
+    squares = factor * random.chisquare(2, 4000) / (random.chisquare(T_FREEDOM, 4000) / T_FREEDOM)
     assert scatter_of(squares, np.ones(4000)) == pytest.approx(factor, rel=0.1)

@@ -106,6 +106,6 @@ def test_a_turn_that_is_hardly_better_is_looked_at(stage: Model, monkeypatch: py
     start = turned_about(true, axis, centre, math.radians(30.0))
     images = one_image(rendered(stage, CAMERA, true, np.random.default_rng(6)))
     problem = PoseProblem.at_scale(images.gradients(["i1"]), stage, CAMERA)
-    monkeypatch.setattr("vision_server.pose.spun.CLEARLY", 0.1)
+    monkeypatch.setattr("vision_server.pose.spun.STRONGER", 0.1)
     found = spun(problem, start, spacing_for(stage, CAMERA, start), math.radians(50.0))
     assert any(one.error_to(true).rotation_deg < 4.0 for one in found)

@@ -7,7 +7,7 @@ import pytest
 
 from geometry.visibility import Samples
 from vision_server.pipeline import SURE_SCORE
-from vision_server.pose.hidden_together import HIDDEN
+from vision_server.pose.hidden_together import NOT_SEEN_NATS
 from vision_server.pose.rivals import TURNED_NATS
 from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import LineAgreement, Misfit, ambiguity, confidence, odds
@@ -31,7 +31,7 @@ def support(*shares: float, length_px: float = 40.0) -> PoseSupport:
 
 
 def test_a_line_that_is_not_seen_may_be_hidden() -> None:
-    assert support(1.0, 1.0).evidence - support(1.0, 1.0, 0.0).evidence == pytest.approx(HIDDEN)
+    assert support(1.0, 1.0).evidence - support(1.0, 1.0, 0.0).evidence == pytest.approx(NOT_SEEN_NATS)
     assert support(1.0, 1.0).confirmed == support(1.0, 1.0, 0.0).confirmed
     assert support(1.0, 1.0, 0.0, 0.0).missing == 0.5
 

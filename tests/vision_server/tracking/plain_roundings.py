@@ -7,7 +7,7 @@ import numpy as np
 from geometry.pose import Pose
 from numerics.arrays import Floats
 from vision_server.pose.observation import Observation, PoseProblem
-from vision_server.tracking.lines import FLAT, _rounds
+from vision_server.tracking.lines import FLAT_FACES, _rounds
 
 
 def plain_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tuple[Floats, Floats]:
@@ -18,15 +18,15 @@ def plain_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tuple[F
     points = pose.apply(seen.samples.points)
     sight = points / np.linalg.norm(points, axis=1, keepdims=True)
     both, apart = one + two, 1.0 + (one * two).sum(axis=1)
-    apex = both / np.maximum(apart, FLAT)[:, None]
+    apex = both / np.maximum(apart, FLAT_FACES)[:, None]
     outward = np.cross(sight, seen.samples.direction @ pose.matrix.T)
     outward *= (np.sign((outward * both).sum(axis=1)) / np.linalg.norm(outward, axis=1))[:, None]
     outline = (1.0 - (outward * apex).sum(axis=1))[:, None] * outward
-    crease = both / np.maximum(np.linalg.norm(both, axis=1), FLAT)[:, None] - apex
+    crease = both / np.maximum(np.linalg.norm(both, axis=1), FLAT_FACES)[:, None] - apex
     creased = ((one * sight).sum(axis=1) < 0.0) & ((two * sight).sum(axis=1) < 0.0)
     shift = np.where(creased[:, None], crease, outline)
     slack = np.where(creased[:, None], 0.5 * (one - two), 0.0)
-    rounds = _rounds(model)[line] & (apart > FLAT)
+    rounds = _rounds(model)[line] & (apart > FLAT_FACES)
     along = []
     for change in (shift, slack):
         image = (change[:, :2] - change[:, 2:] * points[:, :2] / points[:, 2:]) / points[:, 2:]

@@ -6,7 +6,7 @@ import numpy as np
 
 from numerics.arrays import Floats
 from vision_server.tracking import fitting
-from vision_server.tracking.fitting import FEW, ITERATIONS, LEAST_FREE, TAIL, Habits, rounded_odds
+from vision_server.tracking.fitting import FIT_ITERATIONS, LEAST_FREE, TAIL, WIDER_BY, Habits, rounded_odds
 from vision_server.tracking.lines import LineFits
 
 
@@ -25,7 +25,7 @@ def plainly_solved(
     step: Floats = np.zeros(9)
     covariance: Floats = np.eye(9)
     told = (0.0, 0.0)
-    for _ in range(ITERATIONS):
+    for _ in range(FIT_ITERATIONS):
         noise = scatter + slack * radius_m2
         variance = noise + off_px2
         weighted = rows * (factor / variance)[:, None]
@@ -45,5 +45,5 @@ def plainly_solved(
         squares = float((share * np.maximum(factor * residual**2 / free - noise, 0.0)).sum())
         own = squares / max(float(share.sum()), 1e-9)
         off_px2 = (habits.seen * habits.off_px2 + squares) / (habits.seen + float(share.sum()))
-    covariance[:6, :6] *= 1.0 + FEW / (2.0 * habits.seen + left)
+    covariance[:6, :6] *= 1.0 + WIDER_BY / (2.0 * habits.seen + left)
     return step, covariance, own, told

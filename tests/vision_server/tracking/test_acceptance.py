@@ -95,7 +95,7 @@ def test_what_is_clearly_exact_is_so_by_draws_as_well(monkeypatch: pytest.Monkey
         half = rng.normal(size=(6, 6)) * np.repeat([0.01, 0.002], 3)[:, None] * 10.0 ** rng.uniform(-1, 0.3)
         spreads.append(about(-pose.translation, half @ half.T))
     quick = [is_exact(pose, spread) for spread in spreads]
-    monkeypatch.setattr("vision_server.tracking.acceptance.CLEARLY", np.inf)
+    monkeypatch.setattr("vision_server.tracking.acceptance.EXACT_SIGMAS", np.inf)
     assert quick == [is_exact(pose, spread) for spread in spreads]
     assert 10 < sum(quick) < 50
 

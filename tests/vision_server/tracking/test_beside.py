@@ -9,7 +9,7 @@ from geometry.pose import Pose
 from tests.vision_server.synthetic import POSE
 from tests.vision_server.tracking.framed import GAP_PX, front, problem
 from vision_server.pose.sampling import spacing_for
-from vision_server.tracking.beside import TAKEN, beside
+from vision_server.tracking.beside import TAKEN_CHANCE, beside
 from vision_server.tracking.fitting import Habits, fitted
 
 
@@ -24,8 +24,8 @@ def test_plain_faces_have_nothing_beside_their_lines(model: Model) -> None:
 def test_a_printed_frame_makes_lines_doubtful_by_what_is_between(model: Model) -> None:
     found = beside(problem(model, printed=True), POSE).variance_px2
     lines = front_lines(model)
-    assert (found[lines] > 0.25 * TAKEN * GAP_PX**2).sum() >= 3
-    assert found.max() <= TAKEN * 36.0
+    assert (found[lines] > 0.25 * TAKEN_CHANCE * GAP_PX**2).sum() >= 3
+    assert found.max() <= TAKEN_CHANCE * 36.0
     assert not found[np.setdiff1d(np.arange(len(found)), lines)].any()
 
 

@@ -13,7 +13,7 @@ from tests.vision_server.tracking.films import filmed
 from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.tracking.following import turned_about
-from vision_server.tracking.searching import EVERYWHERE_FOLLOWED, everywhere_is_due
+from vision_server.tracking.searching import EVERYWHERE_FOLLOWED_AFTER, everywhere_is_due
 from vision_server.tracking.tracker import LOOKED_AT_ANEW, Tracker
 from vision_server.tracking.turning import AT_ONCE_DEG, Turning
 
@@ -67,9 +67,9 @@ def test_what_is_followed_and_never_believed_is_soon_looked_for_as_at_first(
     monkeypatch.setattr("vision_server.tracking.searching.estimate_pose", doubted)
     tracker, first = Tracker(model, CAMERA, Anywhere()), Anywhere()
     tracker._history.last = POSE
-    for _ in range(EVERYWHERE_FOLLOWED):
+    for _ in range(EVERYWHERE_FOLLOWED_AFTER):
         tracker._searches.estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8))
-    assert starts == [POSE] * EVERYWHERE_FOLLOWED + [first]
+    assert starts == [POSE] * EVERYWHERE_FOLLOWED_AFTER + [first]
 
 
 def test_of_searches_in_vain_each_so_many_th_is_of_everything() -> None:

@@ -12,7 +12,7 @@ from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
-from vision_server.tracking.searching import EVERYWHERE
+from vision_server.tracking.searching import EVERYWHERE_AFTER
 from vision_server.tracking.tracker import Tracker
 
 
@@ -64,6 +64,6 @@ def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhe
     monkeypatch.setattr("vision_server.tracking.searching.estimate_pose", elsewhere)
     tracker = Tracker(model, CAMERA, NEAR)
     tracker._history.lost = 1  # it is lost
-    for _ in range(EVERYWHERE):
+    for _ in range(EVERYWHERE_AFTER):
         tracker._searches.estimate(np.zeros((CAMERA.height, CAMERA.width), np.uint8))
-    assert [isinstance(start, Anywhere) for start in starts] == [False] * EVERYWHERE + [True]
+    assert [isinstance(start, Anywhere) for start in starts] == [False] * EVERYWHERE_AFTER + [True]

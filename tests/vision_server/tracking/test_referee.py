@@ -8,7 +8,7 @@ import pytest
 from benchmarks.machined_parts import circle, drilled, surface_of
 from benchmarks.synthetic_parts import rendered
 from geometry.model import Model
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from tests.vision_server.tracking.films import GREYS
@@ -18,10 +18,9 @@ from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import evidence_at
-from vision_server.tracking.agreement import Agreement, agreement
-from vision_server.tracking.chances import Chance, Chances, probability
+from vision_server.tracking.chances import Agreement, Chance, Chances, agreement, probability
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.referee import LIMITS, LOST, OK, Around, _on_lines, chances_of, judged
+from vision_server.tracking.referee import LOST_BELOW, OK_FROM, Around, _on_lines, chances_of, judged
 
 
 @pytest.fixture(scope="module")
@@ -113,29 +112,29 @@ def test_of_two_poses_that_explain_as_much_neither_is_ok(moved: float, share: fl
         return probability(Chances(chances_of(around, pose), moved))
 
     alone = stated([KNOWN], POSE)
-    assert alone > OK
+    assert alone > OK_FROM
     assert stated([KNOWN, turned], POSE) == pytest.approx(share * alone, abs=0.03)
     assert stated([replace(KNOWN, nats=60.0), turned], POSE) == pytest.approx(alone, abs=0.01)
-    assert stated([KNOWN, replace(turned, nats=60.0)], POSE) < LOST
+    assert stated([KNOWN, replace(turned, nats=60.0)], POSE) < LOST_BELOW
 
 
 def test_agreement_is_that_of_targets_and_given_poses_drawn_one_by_one(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     sizes = np.array([1.0, 3.0])  # smaller ones are seldom met by draws
-    monkeypatch.setattr("vision_server.tracking.agreement.SIZES", sizes)
+    monkeypatch.setattr("vision_server.tracking.chances.GIVEN_POSE_ERRORS", sizes)
     spread = np.diag([np.radians(0.8) ** 2] * 3 + [0.003**2] * 3)
     given = POSE.stepped(np.r_[0.0, np.radians(0.5), 0.0, 0.001, 0.0, 0.0])
     rng = np.random.default_rng(2)
     drawn = [POSE.stepped(step) for step in rng.multivariate_normal(np.zeros(6), spread, 3000)]
-    unit = np.repeat([np.radians(LIMITS[0]), LIMITS[1] * float(np.linalg.norm(POSE.translation))], 3)
+    unit = np.repeat([np.radians(RIGHT[0]), RIGHT[1] * float(np.linalg.norm(POSE.translation))], 3)
     density, right = np.zeros(len(drawn)), np.zeros(len(drawn))
     for k, one in enumerate(drawn):
         off = np.r_[given.step_from(one)[:3], given.translation - one.translation] / unit
         variance = sizes**2 / 3.0
         density[k] = np.mean(np.exp(-0.5 * off @ off / variance) / variance**3)
-        right[k] = density[k] * given.error_to(one).within(*LIMITS)
-    found = agreement(LIMITS, POSE, spread, given)
+        right[k] = density[k] * given.error_to(one).within(*RIGHT)
+    found = agreement(RIGHT, POSE, spread, given)
     assert found.likelihood == pytest.approx(density.mean(), rel=0.1)
     assert found.right / found.likelihood == pytest.approx(right.sum() / density.sum(), abs=0.06)
 
@@ -145,7 +144,7 @@ def test_a_pose_from_elsewhere_that_agrees_is_believed_more_than_one_of_these_im
     vague = replace(KNOWN, covariance=np.diag([np.radians(0.6) ** 2] * 3 + [0.004**2] * 3))
     chances = chances_of([vague], POSE.stepped([0.0, 0.002, 0.0, 0.0, 0.0, 0.0]))
     elsewhere, derived = probability(Chances(chances, 2.0)), probability(Chances(chances, 0.0))
-    assert elsewhere > OK
+    assert elsewhere > OK_FROM
     assert derived < elsewhere - 0.2
 
 
@@ -164,4 +163,4 @@ def test_probability_grows_with_what_is_believed(moved: float) -> None:
     chances = [Chance(1.0, believed, 1.0, Agreement(0.1, 0.1)) for believed in (0.0, 0.1, 0.3, 0.6, 0.9, 1.0)]
     stated = [probability(Chances((one,), moved)) for one in chances]
     assert stated == sorted(stated)
-    assert stated[0] < LOST < OK < stated[-1]
+    assert stated[0] < LOST_BELOW < OK_FROM < stated[-1]

@@ -29,7 +29,7 @@ from vision_server.tracking.motion import about
 from vision_server.tracking.rivals import Rivals
 from vision_server.tracking.searching import Searches
 from vision_server.tracking.tracked import Tracked
-from vision_server.tracking.tracker import EXPECTED, LOOKED_AT_ANEW, SURPRISING, Tracker
+from vision_server.tracking.tracker import EXPECTED_CHI2, LOOKED_AT_ANEW, SURPRISING_CHI2, Tracker
 from vision_server.tracking.usual import Usual
 
 BETTER = Misfit(significance=0.0, gain=1.0)  # another model than the given one does
@@ -63,7 +63,7 @@ def test_what_the_motion_hardly_expects_does_not_stay_sure(
     monkeypatch.setattr(acceptance, "is_sure", heard)
     tracker = Tracker(model, CAMERA, POSE)
     for number, frame in enumerate(filmed(model, [POSE] * 5)):
-        monkeypatch.setattr(tracking, "EXPECTED", -1.0 if number == 3 else EXPECTED)
+        monkeypatch.setattr(tracking, "EXPECTED_CHI2", -1.0 if number == 3 else EXPECTED_CHI2)
         tracker.step(frame)
     assert told[-3:] == [True, False, True]
 
@@ -176,7 +176,7 @@ def test_a_pose_that_is_believed_but_not_exact_is_unsure_and_is_followed(
 
     searches_say(monkeypatch, counted)
     monkeypatch.setattr("vision_server.tracking.acceptance.EXACT_SHARE", 1.1)
-    monkeypatch.setattr("vision_server.tracking.acceptance.CLEARLY", np.inf)
+    monkeypatch.setattr("vision_server.tracking.acceptance.EXACT_SIGMAS", np.inf)
     poses = moving(12, still=3)
     told = followed(model, list(poses))
     assert {one.state for one in told} == {"unsure"}
@@ -225,7 +225,7 @@ def test_of_believed_poses_the_one_that_the_motion_foresees_is_taken(
     other.__dict__["quality"] = 1.2 * right.quality
     monkeypatch.setattr(Usual, "quality", right.quality / 0.4)
     assert tracker._motion is not None
-    assert expected.innovation(turned, spread, model.middle).squared < SURPRISING
+    assert expected.innovation(turned, spread, model.middle).squared < SURPRISING_CHI2
     monkeypatch.setattr(Sight, "far", lambda *_: [other])
     monkeypatch.setattr(Sight, "near", lambda *_: right)
     assert tracker._followed(frames[3], expected) is right
@@ -258,7 +258,7 @@ def test_a_low_score_whose_lines_are_there_is_followed_and_never_sure(
     assert {one.state for one in told} == {"unsure"}
     assert seen[0].support is not None
     assert is_likely(seen[0], known=True)
-    monkeypatch.setattr("vision_server.tracking.acceptance.MISSING", 1.1)  # as if no line were seen
+    monkeypatch.setattr("vision_server.tracking.acceptance.MISSING_SUPPORT", 1.1)  # as if no line were seen
     assert not is_likely(seen[0], known=True)
     assert is_likely(seen[0], known=False)
     assert not is_likely(replace(seen[0], pose=None), known=False)

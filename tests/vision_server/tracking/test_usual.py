@@ -6,7 +6,7 @@ from geometry.model import Model
 from numerics.arrays import Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from tests.vision_server.tracking.films import GREYS
-from vision_server.tracking.usual import REMEMBERED, Usual
+from vision_server.tracking.usual import LATEST_FRAME_SHARE, Usual
 
 WHOLE = np.ones(12, dtype=np.bool_)
 OTHER = tuple(1.1 - grey for grey in GREYS)  # brightness of the faces under another lamp
@@ -42,7 +42,7 @@ def test_while_the_light_stays_the_last_frame_is_what_is_usual(model: Model) -> 
     expected = 1.0
     for number, quality in enumerate((1.0, 0.6, 0.8, 0.4, 1.2)):
         met(usual, model, number).believed(quality, WHOLE)
-        expected += (quality - expected) * REMEMBERED
+        expected += (quality - expected) * LATEST_FRAME_SHARE
         assert np.isclose(usual.quality, expected if number else 1.0)
 
 
