@@ -52,13 +52,14 @@ def misfit(best: Refined) -> Misfit:
     best = of_fewer_lines(best)
     starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
     itself = refined(best.problem, best.pose, NEAR_PX, best.spacing_px, COARSER) if starts else None
+    explained = (best if itself is None else itself).support.supported_fraction
     if itself is not None and itself.quality > 0.0:
-        for strain, quality in _followed(best, starts):
-            better = math.log2(max(quality, 1e-9) / itself.quality)
+        for strain, fit in _followed(best, starts):
+            better = math.log2(max(fit.quality, 1e-9) / itself.quality)
             if better > gain and max(np.ptp(strain[:3]), *np.abs(strain[3:])) >= LEAST_STRETCH:
-                gain, found = better, strain
+                gain, found, explained = better, strain, fit.support.supported_fraction
     found[:3] -= found[:3].mean()
-    return Misfit(significance, gain, tuple(found.tolist()))
+    return Misfit(significance, gain, tuple(found.tolist()), explained=explained)
 
 
 def stretched(model: Model, strain: Floats) -> Model:
@@ -169,19 +170,19 @@ def _shifts_from(best: Refined, samples: Samples, axis: int, end: float) -> Floa
     return np.where(np.isfinite(shift), shift, np.inf)
 
 
-def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Floats, float]]:
-    """Strains (6,) and qualities of the fits that starts lead to."""
+def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Floats, Refined]]:
+    """Strains (6,) and the fits of models strained so that starts lead to."""
     found = []
     for first, start in starts:
         strain, fit = first, _fitted(best, first, start)
         for _ in range(SETTLED):
             if fit is None:
                 break
-            found.append((strain, fit.quality))
+            found.append((strain, fit))
             strain = np.clip(strain + strain_of(fit.problem.model, fit.solution)[0], -LARGEST, LARGEST)
             fit = _fitted(best, strain, fit.pose)
         if fit is not None:
-            found.append((strain, fit.quality))
+            found.append((strain, fit))
     return found
 
 
