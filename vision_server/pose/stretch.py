@@ -52,14 +52,15 @@ def misfit(best: Refined) -> Misfit:
     best = of_fewer_lines(best)
     starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
     itself = refined(best.problem, best.pose, NEAR_PX, best.spacing_px, COARSER) if starts else None
-    explained = (best if itself is None else itself).support.supported_fraction
+    better_one = best if itself is None else itself
     if itself is not None and itself.quality > 0.0:
         for strain, fit in _followed(best, starts):
             better = math.log2(max(fit.quality, 1e-9) / itself.quality)
             if better > gain and max(np.ptp(strain[:3]), *np.abs(strain[3:])) >= LEAST_STRETCH:
-                gain, found, explained = better, strain, fit.support.supported_fraction
+                gain, found, better_one = better, strain, fit
     found[:3] -= found[:3].mean()
-    return Misfit(significance, gain, tuple(found.tolist()), explained=explained)
+    borne_out = better_one.support.evidence / max(better_one.support.confirmed, 1e-9)
+    return Misfit(significance, gain, tuple(found.tolist()), borne_out=borne_out)
 
 
 def stretched(model: Model, strain: Floats) -> Model:
