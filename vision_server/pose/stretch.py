@@ -51,13 +51,15 @@ def misfit(best: Refined) -> Misfit:
     best = of_fewer_lines(best)
     starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
     itself = refined(best.problem, best.pose, FIT_REACHES_PX, best.spacing_px, COARSENING) if starts else None
+    better_one = best if itself is None else itself
     if itself is not None and itself.quality > 0.0:
-        for strain, quality in _followed(best, starts):
-            better = math.log2(max(quality, 1e-9) / itself.quality)
+        for strain, fit in _followed(best, starts):
+            better = math.log2(max(fit.quality, 1e-9) / itself.quality)
             if better > gain and max(np.ptp(strain[:3]), *np.abs(strain[3:])) >= LEAST_STRETCH:
-                gain, found = better, strain
+                gain, found, better_one = better, strain, fit
     found[:3] -= found[:3].mean()
-    return Misfit(significance, gain, tuple(found.tolist()))
+    borne_out = better_one.support.evidence / max(better_one.support.confirmed, 1e-9)
+    return Misfit(significance, gain, tuple(found.tolist()), borne_out=borne_out)
 
 
 def stretched(model: Model, strain: Floats) -> Model:
@@ -168,21 +170,21 @@ def _shifts_from(best: Refined, samples: Samples, axis: int, end: float) -> Floa
     return np.where(np.isfinite(shift), shift, np.inf)
 
 
-def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Floats, float]]:
-    """Strains (6,) and qualities of the fits that starts lead to."""
+def _followed(best: Refined, starts: list[tuple[Floats, Pose]]) -> list[tuple[Floats, Refined]]:
+    """Strains (6,) and the fits of models strained so that starts lead to."""
     found = []
     for first, start in starts:
         strain, fit = first, _fitted(best, first, start)
         for _ in range(STRETCH_STEPS):
             if fit is None:
                 break
-            found.append((strain, fit.quality))
+            found.append((strain, fit))
             strain = np.clip(
                 strain + strain_of(fit.problem.model, fit.solution)[0], -MOST_STRAIN, MOST_STRAIN
             )
             fit = _fitted(best, strain, fit.pose)
         if fit is not None:
-            found.append((strain, fit.quality))
+            found.append((strain, fit))
     return found
 
 

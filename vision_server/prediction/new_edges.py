@@ -20,11 +20,13 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Field, Flags, Floats
+from vision_server.prediction.own_shadows import lit_pictures
 from vision_server.prediction.places import CLIPPED, LEAST_BLUR_PX, SMALLER, faces_seen, shrunk, smaller
 from vision_server.prediction.response import LitImage
 
 # Chosen on 42 images without a fault, 42 of an arm and 115 of other light (docs/surprises.md).
-NEW = 0.03  # share of the target with new edges from which on something may be in the way
+NEW = 0.03  # share of the target with new edges from which on something may be in the way,
+NEW_BESIDE_SHADOWS = 0.01  # and where the target's own shadows are drawn (docs/surprises.md)
 GREYS = 0.618, 0.414  # from one face to the next: no two alike
 AROUND = 7  # smaller pixels: light is about one there
 UNEXPLAINED = 0.7  # share of the squared gradient about a place from which on it is new
@@ -34,10 +36,18 @@ RIDGE = 0.02  # share of an image's squared gradient that is not to be relied on
 CLIPPED_AROUND, MOST_CLIPPED = 5, 0.02  # smaller pixels about one of which so much is clipped are not read
 
 
-def new_edges(model: Model, camera: Camera, pose: Pose, images: Sequence[LitImage]) -> float:
+def new_edges(
+    model: Model,
+    camera: Camera,
+    pose: Pose,
+    images: Sequence[LitImage],
+    positions: Sequence[Floats | None] = (),
+) -> float:
     """Share of the target at which the last of images shows edges that none before (one at least) has.
 
-    The model is drawn twice, in greys of its faces, so that its edges may come to anything.
+    The model is drawn twice, in greys of its faces, so that its edges may come to anything. Where the
+    positions (3,) m, camera frame, of all lights are known it is drawn once so, and for each image as its
+    lights should show it: with the shadows that it casts on itself. Then fewer new edges tell.
     """
     common = max(image.blur_px for image in images) + LEAST_BLUR_PX
     looks = [smaller(image.linear, math.sqrt(common**2 - image.blur_px**2)) for image in images]
@@ -48,7 +58,9 @@ def new_edges(model: Model, camera: Camera, pose: Pose, images: Sequence[LitImag
     read &= ~last & ~np.all(before, axis=0)
     if not read.any():
         return 0.0
-    looks[:0] = [_drawn(face, greys, common) for greys in GREYS]
+    drawn = lit_pictures(model, camera, pose, positions, [image.lights for image in images], face)
+    drawn += [_drawn(face, greys) for greys in (GREYS[:1] if drawn else GREYS)]
+    looks[:0] = [np.asarray(cv2.GaussianBlur(one, (0, 0), common / SMALLER)) for one in drawn]
     edges = np.stack([_gradients(look) for look in looks])  # (K, 2, H, W) at each image's own exposure
     between = np.empty((len(edges), len(edges), int(read.sum())))
     for one, other in combinations_with_replacement(range(len(edges)), 2):
@@ -62,10 +74,9 @@ def new_edges(model: Model, camera: Camera, pose: Pose, images: Sequence[LitImag
     return float((is_edge & (left > UNEXPLAINED * shown)).sum() / max(int(region.sum()), 1))
 
 
-def _drawn(face: NDArray[np.int32], step: float, blur_px: float) -> Field:
+def _drawn(face: NDArray[np.int32], step: float) -> Field:
     """A picture of the model in which faces have greys of 0.5 to 1, neighbours other ones."""
-    picture = np.where(face >= 0, 0.5 + 0.5 * np.mod(face * step, 1.0), 0.0).astype(np.float32)
-    return np.asarray(cv2.GaussianBlur(picture, (0, 0), blur_px / SMALLER), dtype=np.float32)
+    return np.asarray(np.where(face >= 0, 0.5 + 0.5 * np.mod(face * step, 1.0), 0.0), dtype=np.float32)
 
 
 def _clipped(image: LitImage) -> Flags:

@@ -12,9 +12,10 @@ import numpy as np
 from bridge.errors import BadInput
 from bridge.start_messages import CauseName, CauseTold
 from geometry.pose import Pose
+from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.prediction.causes import DOUBT_NATS, MOST_IMAGES, Cause, likely_causes, verdict
-from vision_server.prediction.new_edges import NEW, new_edges
+from vision_server.prediction.new_edges import NEW, NEW_BESIDE_SHADOWS, new_edges
 from vision_server.prediction.places import read
 from vision_server.prediction.repeated import Difference, difference, flicker
 from vision_server.prediction.surprise import moved_to
@@ -85,14 +86,12 @@ def causes(
 
     Some may be relit, and some have so many times the light that they are said to have.
     """
-    lights = task.describe.lights
-    positions = [None if light.position is None else np.array(light.position) for light in lights]
     taken, lit = lit_images(task, images)
     shown = [
         replace(one, exposure=one.exposure * flickers.get(image, 1.0))
         for image, one in zip(images, lit, strict=True)
     ]
-    places, readings = read(task.model, task.camera, pose, positions, shown)
+    places, readings = read(task.model, task.camera, pose, _positions(task), shown)
     doubted = images.index(task.doubted) if task.doubted in images else None
     found = likely_causes(places, readings, taken.lights, doubted)
     if not relit:
@@ -135,9 +134,18 @@ def something_new(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | 
     if task.doubted in images or len(images) < 2:
         return None
     _, shown = lit_images(task, images[-MOST_IMAGES:])
-    if new_edges(task.model, task.camera, pose, shown) < NEW:
+    positions = _positions(task)
+    drawn = bool(task.model.faces) and all(position is not None for position in positions)
+    least = NEW_BESIDE_SHADOWS if drawn and positions else NEW
+    if new_edges(task.model, task.camera, pose, shown, positions) < least:
         return None
     return Cause("in_the_way", (), len(images) - 1, DOUBT_NATS)
+
+
+def _positions(task: PoseTask) -> list[Floats | None]:
+    """Of the lights, (3,) m in the camera's frame, None where one is not known."""
+    lights = task.describe.lights
+    return [None if light.position is None else np.array(light.position) for light in lights]
 
 
 def _alike(task: PoseTask, one: str, other: str) -> bool:

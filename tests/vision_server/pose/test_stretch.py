@@ -52,6 +52,7 @@ def test_a_model_that_is_too_long_or_too_short_is_told_with_its_axis(
     assert told is not None
     assert told.axis == axis
     assert told.share == pytest.approx(share, abs=0.003)
+    assert found.misfit.borne_out > 0.9
     assert found.score < TRUSTED
 
 
@@ -64,6 +65,19 @@ def test_nothing_is_said_of_a_true_model_nor_of_what_is_hardly_stretched(model: 
     clearly = (-0.014, 0.007, 0.007, 0.0, 0.0, 0.0)
     assert Misfit(9.0, 1.9, clearly).excess is None  # large, but not sure
     assert Misfit(0.0, 2.1, clearly).excess == pytest.approx((0, np.expm1(0.021)))
+
+
+def test_nothing_is_said_where_much_speaks_against_the_better_model_but_the_pose_is_doubted(
+    model: Model,
+) -> None:
+    found = estimated(model, model)
+    assert found.support is not None
+    clearly = (-0.014, 0.007, 0.007, 0.0, 0.0, 0.0)
+    in_poor_light, in_good = (Misfit(0.0, 3.0, clearly, borne_out=share) for share in (0.46, 0.74))
+    assert in_poor_light.excess is None
+    assert in_good.excess is not None
+    scores = [confidence(found.support, 0.0, 0.001, doubt) for doubt in (in_poor_light, in_good)]
+    assert scores[0] == scores[1] < TRUSTED
 
 
 @pytest.mark.parametrize("between", [3, 4, 5])

@@ -1,0 +1,68 @@
+"""A target as its lights show it: what stands before a light shades what is behind it."""
+
+import numpy as np
+import pytest
+
+from geometry.model import Model
+from geometry.pose import Pose
+from numerics.arrays import Field, Floats
+from tests.vision_server.synthetic import CAMERA, boxes
+from vision_server.prediction.new_edges import NEW, NEW_BESIDE_SHADOWS, new_edges
+from vision_server.prediction.own_shadows import lit_pictures
+from vision_server.prediction.places import SMALLER, faces_seen
+from vision_server.prediction.response import LitImage
+
+FACING = Pose(np.array([np.pi, 0.0, 0.0]), np.array([0.0, 0.0, 0.5]))  # the target's z towards the camera
+LEFT, RIGHT = np.array([-0.4, 0.0, 0.0]), np.array([0.4, 0.0, 0.0])
+
+
+@pytest.fixture(scope="module")
+def mast(tmp_path_factory: pytest.TempPathFactory) -> Model:
+    """A plate of 20 x 16 cm with a mast of 6 cm on its middle."""
+    plate = np.array([-0.10, -0.08, -0.01]), np.array([0.10, 0.08, 0.0])
+    post = np.array([-0.008, -0.03, 0.0]), np.array([0.008, 0.03, 0.06])
+    return boxes(tmp_path_factory.mktemp("mast"), [plate, post])
+
+
+def pictures(model: Model, lights: list[tuple[float, float]]) -> list[Field]:
+    face = faces_seen(model, CAMERA, FACING)
+    return lit_pictures(model, CAMERA, FACING, [LEFT, RIGHT], [np.array(row) for row in lights], face)
+
+
+def at(picture: Field, x_m: float) -> float:
+    """Brightness on the plate so far right of its middle in the picture."""
+    column, row = CAMERA.project(FACING.apply(np.array([[x_m, 0.0, 0.0]])))[0]
+    return float(picture[round(row / SMALLER), round(column / SMALLER)])
+
+
+def test_a_mast_shades_the_plate_on_the_side_away_from_the_light(mast: Model) -> None:
+    left, right, both, dark = pictures(mast, [(1.0, 0.0), (0.0, 1.0), (1.0, 1.0), (0.0, 0.0)])
+    assert at(left, 0.03) == at(right, -0.03) == 0.0
+    assert at(left, -0.03) > 0.3
+    assert at(left, 0.09) > 0.1  # beyond the shadow's end
+    assert np.allclose(both, left + right)
+    assert not dark.any()
+
+
+def test_nothing_is_drawn_where_a_light_stands_nobody_knows(mast: Model) -> None:
+    face = faces_seen(mast, CAMERA, FACING)
+    assert lit_pictures(mast, CAMERA, FACING, [LEFT, None], [np.ones(2)], face) == []
+    assert lit_pictures(mast, CAMERA, FACING, [], [np.ones(0)], face) == []
+
+
+def photographed(model: Model, lights: tuple[float, float], arm: bool = False) -> LitImage:
+    """A full-sized image under these lights and a weak sun, perhaps with a bar across the plate."""
+    small = 0.6 * pictures(model, [lights])[0] + 0.1 * (faces_seen(model, CAMERA, FACING) >= 0)
+    linear = np.kron(small, np.ones((SMALLER, SMALLER))).astype(np.float32)
+    if arm:
+        linear[:, 110:122] = 0.5
+    return LitImage(linear, 1.0, np.array(lights), 0.7)
+
+
+def test_the_edges_of_the_own_shadow_of_a_light_not_seen_before_are_not_new(mast: Model) -> None:
+    before, after = photographed(mast, (0.0, 1.0)), photographed(mast, (1.0, 0.0))
+    places: list[Floats | None] = [LEFT, RIGHT]
+    assert new_edges(mast, CAMERA, FACING, [before, after]) > NEW
+    assert new_edges(mast, CAMERA, FACING, [before, after], places) < 0.5 * NEW_BESIDE_SHADOWS
+    behind = photographed(mast, (1.0, 0.0), arm=True)
+    assert new_edges(mast, CAMERA, FACING, [before, behind], places) > 2.0 * NEW_BESIDE_SHADOWS
