@@ -42,9 +42,8 @@ class SetImage:
         """The image as a picture, uint8 (H, W)."""
         return self.statistics.image
 
-    @cached_property
     def coarse(self) -> ChannelStatistics:
-        """Its statistics at COARSE_SCALE_PX, or at a coarser scale that its blur asks for."""
+        """Its statistics at COARSE_SCALE_PX, or at a coarser scale that its blur asks for, made anew."""
         known = self.statistics
         scale = max(COARSE_SCALE_PX, known.sigma_px)
         return channel_statistics(known.pixels, known.exposure, known.gamma, sigma_px=scale)
@@ -77,6 +76,7 @@ class ImageSet:
         self._large = width * height > KEPT_PIXELS
         self.images: dict[str, SetImage] = {}
         self._merged = {coarse: ImageSetStatistics() for coarse in (False, True)}
+        self._coarse: dict[str, ChannelStatistics] = {}
 
     def add(self, name: str, pixels: Pixels, exposure: float, gamma: float) -> None:
         """Add an image; exposure is relative to the reference, gamma the tone curve to undo.
@@ -111,6 +111,7 @@ class ImageSet:
         """
         self.check([name])
         del self.images[name]
+        self._coarse.pop(name, None)
         for merged in self._merged.values():
             if name in merged.channels:
                 merged.remove(name)
@@ -148,13 +149,22 @@ class ImageSet:
             merged.remove(name)
         for name in names:
             if name not in merged.channels:
-                image = self.images[name]
-                merged.add(name, image.coarse if coarse else image.statistics)
+                merged.add(name, self._statistics(name, coarse))
         edges = merged.merge()
         if self._large:
             self._merged[coarse] = ImageSetStatistics()
             give_back_freed()
         return edges
+
+    def _statistics(self, name: str, coarse: bool) -> ChannelStatistics:
+        """An image's fine statistics, or its coarse ones, which are kept unless it is large."""
+        if not coarse:
+            return self.images[name].statistics
+        if self._large:
+            return self.images[name].coarse()
+        if name not in self._coarse:
+            self._coarse[name] = self.images[name].coarse()
+        return self._coarse[name]
 
     def gradients(self, names: Sequence[str]) -> list[GradientChannel]:
         """The named images as refinement sees them."""
