@@ -85,7 +85,7 @@ def inputs(rows: Sequence[Row], settled: bool = True) -> list[dict[str, Any]]:
                 gain=row["gain"],
                 significance=row["significance"],
                 otherwise=row["otherwise"],
-                excess=row["surely_wrong"] or None,
+                suspected=row["surely_wrong"] or None,
             ),
             "agreement": LineAgreement(row["agreeing"], row["scatter"]) if settled else None,
         }

@@ -181,7 +181,7 @@ def row_of(studio: Studio, found: Estimate) -> Row:
         "missing": found.support.missing, "uncertainty": found.uncertainty, "ambiguity": found.ambiguity,
         "otherwise": doubt.otherwise if doubt else 0.0,
         "gain": doubt.gain if doubt else 0.0, "significance": doubt.significance if doubt else 0.0,
-        "surely_wrong": bool(doubt and doubt.excess), "score": found.score,
+        "surely_wrong": bool(doubt and doubt.suspected), "score": found.score,
         "agreeing": settled.share, "scatter": settled.scatter,
         "normalised": normalised_error_squared(found.pose, found.covariance, studio.true),
     }  # fmt: skip
