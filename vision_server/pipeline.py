@@ -132,8 +132,8 @@ def estimate_pose(
     if fine.score >= SURE_SCORE or not settings.coarse:
         return fine
     coarser = _segments(asked, coarse=True)
-    surely_wrong = fine.misfit is not None and fine.misfit.suspected is not None
-    if surely_wrong or coarser.length_px <= MORE_IN_COARSE * seen.length_px:
+    wrong_model = fine.misfit is not None and fine.misfit.suspected is not None
+    if wrong_model or coarser.length_px <= MORE_IN_COARSE * seen.length_px:
         return _with_seconds_of(fine, coarser.seconds)
     softness = max(settings.refinement_scale_px, COARSE_REFINEMENT_PX)
     asked = replace(asked, settings=replace(settings, refinement_scale_px=softness))
