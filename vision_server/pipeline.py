@@ -116,7 +116,8 @@ def estimate_pose(
 ) -> Estimate:
     """Estimate the pose of the target from the named images of a set; `show` is given their edge map.
 
-    Where there is no seed pose, it is looked for in the whole frame (`matching.first_sight`).
+    Where there is no seed pose, it is looked for in the whole frame (`matching.first_sight`). Where no pose
+    is sure, and a coarser gradient shows more edges, as in the dark, it is looked for once more by these.
 
     Raises
     ------
