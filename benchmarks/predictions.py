@@ -34,16 +34,16 @@ from image_server.simulator.scenario_tables import Light
 from image_server.simulator.simulator import Simulator
 from numerics.arrays import Floats
 from stack.exposure import in_words
-from vision_server.channels.noise import MAD_TO_SD
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.prediction.information import Forecast
 from vision_server.prediction.response import read_beside
+from vision_server.prediction.straying import line_scatter
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import forecast, lit_images, numbers, predict
 from vision_server.serve.task import PoseTask
 
 REACH_PX, SPACING_PX = 4.0, 2.0
-FOUND, ENOUGH = 0.5, 8  # share of a line's samples, and how many, for its scatter to be measured
+LEAST_SCATTER_PX = 0.02  # less is not measured
 
 
 class Seen(NamedTuple):
@@ -61,13 +61,9 @@ def placed(seen: Seen, true: Pose) -> Floats:
     foreseen = seen.known.line_sd(numbers(task, [seen.settings]))[0]
     problem = PoseProblem.at_scale(task.images.gradients([seen.name]), task.model, task.camera)
     edges = observe(problem, true, REACH_PX, SPACING_PX)
-    out = []
-    for line in np.unique(edges.samples.line).tolist():
-        offsets = edges.offset[0, edges.samples.line == line]
-        found = offsets[np.isfinite(offsets)]
-        if len(found) >= max(ENOUGH, FOUND * len(offsets)) and np.isfinite(foreseen[line]):
-            out.append(foreseen[line] / max(MAD_TO_SD * np.median(np.abs(found)), 0.02))
-    return np.array(out)
+    scatter = np.sqrt(line_scatter(edges)[0])
+    usable = np.isfinite(scatter) & np.isfinite(foreseen)
+    return np.asarray(foreseen[usable] / np.maximum(scatter[usable], LEAST_SCATTER_PX))
 
 
 def lit(seen: Seen) -> tuple[Floats, Floats]:

@@ -130,11 +130,11 @@ def estimate_pose(
     seen = _segments(asked, coarse=False)
     show(seen.edges)
     fine = _estimated(asked, seen)
-    if fine.score >= SURE_SCORE or not settings.coarse:
+    wrong_model = fine.misfit is not None and fine.misfit.suspected is not None
+    if fine.score >= SURE_SCORE or wrong_model or not settings.coarse:
         return fine
     coarser = _segments(asked, coarse=True)
-    wrong_model = fine.misfit is not None and fine.misfit.suspected is not None
-    if wrong_model or coarser.length_px <= MORE_IN_COARSE * seen.length_px:
+    if coarser.length_px <= MORE_IN_COARSE * seen.length_px:
         return _with_seconds_of(fine, coarser.seconds)
     softness = max(settings.refinement_scale_px, COARSE_REFINEMENT_PX)
     asked = replace(asked, settings=replace(settings, refinement_scale_px=softness))

@@ -143,6 +143,7 @@ class Forecast:
             return
         self.response = learn_response(self.samples, model, pose, images[old:], positions)
         self._blur = _blur_coefficients(taken.blur, np.array([image.blur_px for image in images]))
+        self._on_line = self.samples.line[:, None] == np.arange(len(support))  # (N, L)
         self._seen = support[self.samples.line]
         precision, expected, self._shown = self._placing(taken)
         noise = 1.0 / np.maximum(self._by_line(precision), 1e-12)
@@ -167,7 +168,7 @@ class Forecast:
         guess = 1.0 / (1.0 + self.response.uncertainty(candidates.lights))[:, None] ** 2
         likely = guess * (1.0 - self._absent(candidates) * (1.0 - self._seen))
         weights = self.samples.px * self._known.with_one_more(precision * likely, self._strays * expected)
-        by_line = (weights - self._weight) @ (self.samples.line[:, None] == np.arange(len(self.view.support)))
+        by_line = (weights - self._weight) @ self._on_line
         bits = (self._log_det(weights) - self._before) / math.log(2.0) + self._belief.gains(shown * likely)
         return np.asarray(bits), np.argmax(by_line, axis=1)
 
@@ -199,8 +200,8 @@ class Forecast:
 
     def _by_line(self, amount: Floats) -> Floats:
         """Mean of an amount (M, N) over the samples of each line, (M, L); 0 where the line is not visible."""
-        on_line = (self.samples.line[:, None] == np.arange(len(self.view.support))) * self.samples.px[:, None]
-        return np.asarray((amount @ on_line) / np.maximum(on_line.sum(axis=0), 1e-12))
+        length = self._on_line * self.samples.px[:, None]
+        return np.asarray((amount @ length) / np.maximum(length.sum(axis=0), 1e-12))
 
     def _log_det(self, weights: Floats) -> Floats:
         precision = (weights @ self._outer).reshape(*weights.shape[:-1], 6, 6) + self._prior
