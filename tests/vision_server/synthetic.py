@@ -115,6 +115,12 @@ def photographed(
     return np.asarray(np.round(coded), dtype=np.uint8)
 
 
+def camera_file(path: Path, camera: Camera = CAMERA, **other: float) -> None:
+    """A file with [camera], some of its values others than the camera's."""
+    values = camera.to_dict() | other
+    path.write_text("[camera]\n" + "".join(f"{key} = {value}\n" for key, value in values.items()))
+
+
 def one_image(pixels: Grey, gamma: float = 1.0) -> ImageSet:
     """An image set of one frame, called i1."""
     images = ImageSet(pixels.shape[1], pixels.shape[0])

@@ -10,7 +10,7 @@ import pytest
 from geometry.pose import Pose
 from numerics.arrays import Floats, Grey
 from tests.commands import Done, command
-from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
+from tests.vision_server.synthetic import CAMERA, POSE, camera_file, cuboid, linear_picture, photographed
 from vision_server.channels.image_files import read_image_set, read_pixels
 
 LUMA = np.array([0.299, 0.587, 0.114])  # BT.601: red, green, blue
@@ -38,8 +38,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for number in range(FRAMES):
         pixels: list[Grey] = [photographed(band, seed=3 * number + k) for k, band in enumerate(bands)]
         cv2.imwrite(str(path / f"f{number}.png"), np.stack(pixels, axis=-1))
-    camera = CAMERA.to_dict()
-    (path / "camera.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in camera.items()))
+    camera_file(path / "camera.toml")
     off = POSE.stepped([0.1, 0.05, -0.1, 0.01, 0.0, 0.02])
     for name, pose, table in (("seed", off, True), ("pose", POSE, False)):
         lines = [f"{key} = {list(value)}\n" for key, value in pose.to_dict().items()]

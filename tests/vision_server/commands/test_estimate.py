@@ -11,7 +11,15 @@ import pytest
 from geometry.model import load_model
 from geometry.pose import Pose, disturbed
 from tests.commands import ROOT, Done, command, process
-from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, lines_alone, photographed
+from tests.vision_server.synthetic import (
+    CAMERA,
+    POSE,
+    camera_file,
+    cuboid,
+    linear_picture,
+    lines_alone,
+    photographed,
+)
 from vision_server.commands import estimate as estimate_command
 from vision_server.commands.warm import drawn
 from vision_server.pipeline import SURE_SCORE
@@ -29,8 +37,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     cv2.imwrite(str(path / "black.png"), np.zeros((240, 320), np.uint8))
     cv2.imwrite(str(path / "small.png"), np.zeros((100, 100), np.uint8))
     cv2.imwrite(str(path / "thin.png"), np.zeros((240, 1), np.uint8))
-    camera = CAMERA.to_dict()
-    (path / "camera.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in camera.items()))
+    camera_file(path / "camera.toml")
     seed = disturbed(POSE, np.random.default_rng(0), 10.0, 10.0, CAMERA.fx)
     write_pose(path / "seed.toml", seed.rotation_vector.tolist(), seed.translation.tolist())
     return path
@@ -116,8 +123,7 @@ def test_no_pose_is_said_honestly(folder: Path) -> None:
 
 
 def test_a_wrong_focal_length_is_suspected(folder: Path) -> None:
-    wrong = CAMERA.to_dict() | {"fx": 1.6 * CAMERA.fx, "fy": 1.6 * CAMERA.fy}
-    (folder / "focal.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in wrong.items()))
+    camera_file(folder / "focal.toml", fx=1.6 * CAMERA.fx, fy=1.6 * CAMERA.fy)
     done = estimate(folder, "a.png", camera="focal.toml", seed_pose=None)
     assert "fx, fy or distortion of the camera are wrong" in done.stderr, done.stdout
     assert estimate(folder, "a.png", seed_pose=None).stderr == ""

@@ -9,7 +9,7 @@ import pytest
 
 from geometry.pose import Pose
 from tests.commands import Done, command, process
-from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
+from tests.vision_server.synthetic import CAMERA, POSE, camera_file, cuboid, linear_picture, photographed
 from vision_server.channels.image_files import read_grey
 from vision_server.serve.inputs import read_model, read_seed_pose
 
@@ -23,8 +23,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("seed")
     model = cuboid(path)
     cv2.imwrite(str(path / "a.png"), photographed(linear_picture(model, CAMERA, POSE)))
-    camera = CAMERA.to_dict()
-    (path / "camera.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in camera.items()))
+    camera_file(path / "camera.toml")
     pixels = CAMERA.project(POSE.apply(model.vertices))
     rows = [",".join(map(str, [*pixels[k], *model.vertices[k]])) for k in CORNERS]
     (path / "points.txt").write_text("\n".join(rows) + "\n")

@@ -19,7 +19,7 @@ from image_server.serve.server import ImageServer
 from image_server.simulator.simulator import Simulator
 from tests.commands import command, process
 from tests.vision_server.serve.running import Running
-from tests.vision_server.synthetic import CAMERA, POSE, cuboid
+from tests.vision_server.synthetic import CAMERA, POSE, camera_file, cuboid
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.__main__ import COMMANDS
 from vision_server.channels.depth import Pixels
@@ -44,8 +44,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         cv2.imwrite(str(path / "frames" / f"{number:03d}.png"), frame)
         video.write(cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR))
     video.release()
-    camera = CAMERA.to_dict()
-    (path / "camera.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in camera.items()))
+    camera_file(path / "camera.toml")
     cv2.imwrite(str(path / "small.png"), np.zeros((100, 100), np.uint8))
     write_pose(path / "right.toml", poses[0])
     write_pose(path / "wrong.toml", Pose(POSE.rotation_vector + np.array([0.15, 0.0, 0.1]), POSE.translation))
@@ -190,8 +189,7 @@ def served(tmp_path: Path) -> Iterator[list[str]]:
     device = Simulator("cube", "nominal", 1)
     target = device.describe().target
     assert target is not None
-    fields = device.camera.to_dict()
-    (tmp_path / "camera.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in fields.items()))
+    camera_file(tmp_path / "camera.toml", device.camera)
     write_pose(tmp_path / "seed.toml", device.true_pose)
     words = ["--model", target.model, "--camera", str(tmp_path / "camera.toml"), "--unit", target.unit]
     with tempfile.TemporaryDirectory(prefix="t") as sockets:

@@ -20,7 +20,7 @@ import pytest
 from geometry.model import Model
 from tests.report.browser import Browser
 from tests.session.command import ROOT
-from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
+from tests.vision_server.synthetic import CAMERA, POSE, camera_file, cuboid, linear_picture, photographed
 from vision_server.serve.inputs import read_seed_pose
 
 pytestmark = pytest.mark.slow
@@ -53,8 +53,7 @@ class Page:
 def page_in(folder: Path) -> Iterator[Page]:
     model = cuboid(folder)
     cv2.imwrite(str(folder / "a.png"), photographed(linear_picture(model, CAMERA, POSE)))
-    camera = CAMERA.to_dict()
-    (folder / "camera.toml").write_text("[camera]\n" + "".join(f"{k} = {v}\n" for k, v in camera.items()))
+    camera_file(folder / "camera.toml")
     command = [sys.executable, "-m", "vision_server", "seed", str(folder / "a.png"), "--model",
                str(folder / "cuboid.cao"), "--camera", str(folder / "camera.toml"), "--out",
                str(folder / "seed.toml")]  # fmt: skip
