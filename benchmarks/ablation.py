@@ -47,7 +47,7 @@ from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose import likely, line_scales, observation, profiles, ranking, rivals, settling
+from vision_server.pose import blending, likely, line_scales, observation, profiles, ranking, rivals, settling
 from vision_server.pose.stretch import stretched
 from vision_server.serve.inputs import read_camera
 
@@ -60,9 +60,14 @@ RESAMPLED = 1000
 CHI_SQUARED_99 = 16.81  # of six degrees of freedom
 
 
-def no_pulls(samples: Any, lines: int, sigma: Any) -> Any:
+def no_blending(samples: Any, softness: Any, blur: Any, edges: Any) -> Any:
     """No line moves its neighbour's edge."""
-    return np.zeros((len(sigma), len(samples.line)))
+    return np.zeros(edges.offset.shape), np.zeros(edges.offset.shape)
+
+
+def none_seen(samples: Any, softness: Any, blur: Any, edges: Any) -> Any:
+    """Of no line's edge is it known how far its neighbour moves it."""
+    return blending.blended(samples, softness, blur, edges._replace(strength=np.zeros(edges.offset.shape)))
 
 
 def no_votes(line: Any, along: Any, offset: Any, quality: Any, lines: int, reach: float, width: Any) -> Any:
@@ -85,7 +90,8 @@ ROWS: dict[str, tuple[Patch, ...]] = {
     "filters as wide as the blur": ((observation, "FILTER_OF_SOFTNESS", np.arange(len(SCALES_PX))),),
     "lines as sharp as they seem": ((line_scales, "_raise_to_median", lambda *_: None),),
     "no near symmetries": tuple((module, "near_symmetries", lambda _: ()) for module in (ranking, rivals)),
-    "no pulls of neighbours": ((observation, "neighbour_pulls", no_pulls),),
+    "neighbours move no edge": ((observation, "blended", no_blending),),
+    "neighbours' edges not moved back": ((observation, "blended", none_seen),),
     "no last step": ((likely, "settled", lambda _: None),),
     "no stretch in the last step": ((settling, "STRETCH_SDS", ()),),
     "no profiles": (

@@ -129,12 +129,15 @@ class GradientChannel:
     around_px
         So much farther than asked tiles are computed where a scale is first looked at: later looks go beside
         that, and each that finds a tile missing costs as much as many at once do.
+    blur_px
+        Of the image, 0 where nobody knows.
     """
 
     name: str
     picture: Picture
     frame: Frame
     around_px: float = 0.0
+    blur_px: float = 0.0
     tiles: Tiles = field(init=False)
     count: Ints = field(init=False)
 
@@ -281,4 +284,5 @@ def gradient_channel(name: str, known: ChannelStatistics) -> GradientChannel:
     kernels = contrast_kernels(known.sigma_px, known.exposure)
     noise_of = known.light.noise_of / np.float32(noise_gain(kernels) * known.noise_factor)
     picture = Picture(known.pixels, known.gamma, known.linear_of)
-    return GradientChannel(name, picture, Frame.of(known.shape, known.light.level, noise_of))
+    frame = Frame.of(known.shape, known.light.level, noise_of)
+    return GradientChannel(name, picture, frame, blur_px=known.blur_px)

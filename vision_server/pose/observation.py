@@ -25,7 +25,8 @@ from vision_server.channels.gradients import (
     Tiles,
 )
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
-from vision_server.pose.association import associate, neighbour_pulls
+from vision_server.pose.association import associate
+from vision_server.pose.blending import Edges, blended
 from vision_server.pose.curved_edges import drawn_in
 from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints, search
 from vision_server.pose.hough import choose, vote
@@ -114,7 +115,8 @@ class Observation(NamedTuple):
         (signed height of the step over the mean of its sides), and clipping (towards the dark side; 0 for
         edges away from saturated pixels); both times the line's softness.
     neighbours
-        (C, N), how far lines beside this one may move its edge, px, signed.
+        (C, N), how far lines beside this one may have moved its edge besides what the offset has been moved
+        back by, px, signed; see `blending`.
     tolerance
         (N,), how far the part's line may be off the model's, px.
     inside
@@ -148,7 +150,7 @@ def observe(
     spacing_px
         Between the samples of a line.
     pulls
-        Whether ``neighbours`` are worked out, which support does not ask for; else zeros.
+        Whether edges are moved back by what runs beside them, and ``neighbours`` are worked out; else zeros.
     """
     channels, model, camera, filters = problem.channels, problem.model, problem.camera, problem.filters
     lines, samples = len(model.lines), visible_samples(model, camera, pose, spacing_px)
@@ -169,6 +171,11 @@ def observe(
         _take_chosen(looked, points, channel.frame, channel.tiles, samples, found)
     centre = turning_point(model, pose)
     jacobian = step_jacobian(camera, pose.apply(samples.points), normals.normal, centre)
+    offset, neighbours = found.offset - drawn_in(samples, sigma, SIGMAS[filters]), np.zeros(shape)
+    if pulls:
+        seen = Edges(offset, found.sd, found.strength)
+        by, neighbours = blended(samples, sigma, _blur(channels, sigma, SIGMAS[filters]), seen)
+        offset = offset - by
     return Observation(
         samples=samples,
         along=along,
@@ -176,14 +183,20 @@ def observe(
         jacobian=jacobian,
         centre=centre,
         sigma=sigma,
-        offset=found.offset - drawn_in(samples, sigma, SIGMAS[filters]),
+        offset=offset,
         sd=found.sd,
         strength=found.strength,
         nuisance=found.nuisance,
-        neighbours=neighbour_pulls(samples, lines, sigma) if pulls else np.zeros(shape),
+        neighbours=neighbours,
         tolerance=problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1),
         inside=inside,
     )
+
+
+def _blur(channels: Sequence[GradientChannel], sigma: Floats, filters: Floats) -> Floats:
+    """Blur (C, L) px of lines and their filters together, from their softness and their images' blur."""
+    of_images = np.array([[channel.blur_px] for channel in channels]).reshape(-1, 1)
+    return np.asarray(np.hypot(np.maximum(sigma, of_images), filters))
 
 
 @kernel()

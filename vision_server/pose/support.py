@@ -192,7 +192,7 @@ class PoseSupport:
 
 def support_at(problem: PoseProblem, pose: Pose, spacing_px: float) -> PoseSupport | None:
     """Look for the support of a pose; None when no line of the model is visible from it."""
-    seen = observe(problem, pose, CAP_PX, spacing_px, pulls=False)
+    seen = observe(problem, pose, CAP_PX, spacing_px)
     if len(seen.along) == 0:
         return None
     return support_of(seen, [channel.name for channel in problem.channels])

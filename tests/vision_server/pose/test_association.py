@@ -8,7 +8,7 @@ from numerics.arrays import Floats, Ints
 from tests.vision_server.refined_poses import channels_of, scaled
 from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
 from vision_server.pose.along_lines import _near_pairs
-from vision_server.pose.association import BLUR_RATIO, NEIGHBOUR_HEIGHT, PAST_PX, associate, neighbour_pulls
+from vision_server.pose.association import PAST_PX, associate
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import refined
 
@@ -77,36 +77,6 @@ def test_a_line_has_no_claim_beyond_its_ends() -> None:
     offset = np.full((40, 1), 3.0)
     associate(sampled(np.repeat([0, 1], 20), image, np.tile([1.0, 0.0], (40, 1))), 2, offset[None])
     assert np.isfinite(offset[:20]).all()
-
-
-def step_beside(gap_px: float, blur_px: float, height: float) -> float:
-    """Where the derivative of a blurred step at 0 is largest when another one of some height is beside it."""
-    x = np.linspace(-3.0 * blur_px, 3.0 * blur_px, 60001)
-    slope = np.exp(-0.5 * (x / blur_px) ** 2) + height * np.exp(-0.5 * ((x - gap_px) / blur_px) ** 2)
-    maxima = 1 + np.flatnonzero((slope[1:-1] > slope[:-2]) & (slope[1:-1] >= slope[2:]))
-    return float(x[maxima[np.abs(x[maxima]).argmin()]])
-
-
-@pytest.mark.parametrize("gap_px", [0.5, 1.0, 6.0, 8.0])
-def test_the_pull_of_a_neighbour_is_that_on_a_blurred_step(gap_px: float) -> None:
-    sigma = np.full((1, 2), 2.0)
-    pull = neighbour_pulls(level_samples(gap_px), 2, sigma)[0]
-    np.testing.assert_allclose(pull[:20], -pull[20:])
-    seen = step_beside(gap_px, BLUR_RATIO * 2.0, NEIGHBOUR_HEIGHT)
-    assert 0.5 * seen < pull[0] < 2.0 * seen
-
-
-def test_lines_that_cross_or_are_far_pull_nothing() -> None:
-    sigma = np.full((1, 2), 1.0)
-    along = np.arange(-10.0, 10.0)
-    level, upright = np.stack([along, 0 * along], axis=1), np.stack([0 * along + 2.0, along], axis=1)
-    ways = np.array([[1.0, 0.0], [0.0, 1.0]])
-    crossing = np.concatenate([level, upright]), np.repeat(ways, 20, axis=0)
-    below = level + np.array([0.0, 12.0])
-    far = np.concatenate([level, below]), np.tile(ways[0], (40, 1))
-    for image, direction in (crossing, far):
-        pull = neighbour_pulls(sampled(np.repeat([0, 1], 20), image, direction), 2, sigma)
-        np.testing.assert_allclose(pull, 0.0, atol=1e-6)
 
 
 @pytest.mark.parametrize("turn", [-0.02, 0.0, 0.02])
