@@ -87,7 +87,8 @@ def _rise_of_rims(model: Model) -> Floats:
     same_side = (turns[:, 0] * turns[:, 1]).sum(axis=1) > 0.5 * sizes.prod(axis=1)
     between: Flags = (met >= 0).all(axis=1) & same_side & (sizes.min(axis=1) > LEAST_BEND_RAD)
     curved: Flags = between & between[met].any(axis=1)
-    counts = (met >= 0) & (curved[:, None] | (curved[met] & (met < 0).any(axis=1)[:, None]))
+    last = np.asarray((met < 0).any(axis=1))
+    counts = (met >= 0) & (curved[:, None] | (curved[met] & last[:, None]))
     bend = (turns * counts[:, :, None]).sum(axis=1) / np.maximum(counts.sum(axis=1), 1)[:, None]
     bend -= (bend * along).sum(axis=1)[:, None] * along
     return np.asarray(-0.125 * length[:, None] * bend)
