@@ -2,11 +2,13 @@
 
     .venv/bin/python -m benchmarks.synthetic_parts [--shape prisms] [--counts 12,100,500,1000] [--trials 12]
         [--width 640] [--away-m 0] [--occluded 0] [--rotation-deg 25] [--translation-px 40] [--seed 0]
+        [--model-count 0]
 
 Prisms on a plate have so many lines; all other parts so many segments to a circle. One JSON object
 per count: how many poses from disturbed starts are right (1 degree, 1 % of the range, up to symmetry), the
 median error in millimetres, and the processor's seconds of an estimate. ``--away-m`` puts the origin so far
-outside of the part; ``--occluded`` puts a rectangle of another grey over that share of its pixels.
+outside of the part; ``--occluded`` puts a rectangle of another grey over that share of its pixels. With
+``--model-count`` the model has so many segments, whatever the picture's are.
 """
 
 from __future__ import annotations
@@ -225,6 +227,7 @@ def main(  # noqa: PLR0913  # the options of a command
     shape: Annotated[str, typer.Option(help=f"prisms, {', '.join([*ROUND, *DRAWN])}.")] = "prisms",
     counts: Annotated[str, typer.Option(help="Numbers of lines, or of segments.")] = "12,100,500,1000",
     trials: int = 12,
+    model_count: Annotated[int, typer.Option(help="Segments of the model, where it has others.")] = 0,
     width: int = 640,
     away_m: float = 0.0,
     hidden: Annotated[float, typer.Option("--occluded", help="Share of the part.")] = 0.0,
@@ -255,7 +258,8 @@ def main(  # noqa: PLR0913  # the options of a command
             start = disturbed(true, rng, rotation_deg, translation_px * width / 640, camera.fx)
             aside = rng.normal(size=3)
             aside *= away_m / np.linalg.norm(aside)
-            moved = Model.of_surface("part", replace(surface, vertices=surface.vertices + aside))
+            told = part_of(shape, model_count or count, np.random.default_rng((seed, count, number)))
+            moved = Model.of_surface("part", replace(told, vertices=told.vertices + aside))
             shift = Pose(np.zeros(3), -aside)
             symmetry = symmetry_of(model)
             began = time.process_time()

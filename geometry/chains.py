@@ -49,11 +49,11 @@ def chains(model: Model) -> Ints:
     order = np.argsort(ends, kind="stable")
     beside = np.flatnonzero(np.diff(ends[order]) == 0)  # lines of curved surfaces that meet
     meeting = own[np.stack([order[beside], order[beside + 1]], axis=1) // 2]
-    return _joined(len(model.lines), np.concatenate([_followers(model), meeting]))
+    return joined(len(model.lines), np.concatenate([followers(model), meeting]))
 
 
 @kernel()
-def _joined(count: int, pairs: Ints) -> Ints:
+def joined(count: int, pairs: Ints) -> Ints:
     """The group (count,) of each item, named after one of its own, when pairs (P, 2) are of one group."""
     parent = np.arange(count)
     for p in range(len(pairs)):
@@ -109,7 +109,7 @@ def chords(model: Model) -> tuple[Ints, Ints]:
 def runs(model: Model, bend_deg: float) -> Iterator[Run]:
     """Sharp lines that follow each other and bend by less than that from first to last, two or more."""
     beside: dict[int, list[int]] = {}
-    for one, other in _followers(model).tolist():
+    for one, other in followers(model).tolist():
         beside.setdefault(one, []).append(other)
         beside.setdefault(other, []).append(one)
     if not beside:
@@ -153,7 +153,7 @@ def _loose_end(ends: dict[int, list[int]], line: int, beside: list[int]) -> int:
     return a if not any(a in ends[other] for other in beside) or len(beside) > 1 else b
 
 
-def _followers(model: Model) -> Ints:
+def followers(model: Model) -> Ints:
     """Pairs (P, 2) of sharp lines that continue each other: just two meet, and they bend little."""
     own = np.flatnonzero(~model.smooth)
     ends = model.lines[own].ravel()

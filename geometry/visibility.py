@@ -37,6 +37,7 @@ class Samples(NamedTuple):
     image : (N, 2) float64, px; with the lens distortion of the camera that was asked.
     image_direction : (N, 2) float64, unit vector of the line in the image there.
     px : (N,) float64, image length that each sample stands for.
+    own : (N,) int64, the line that the sample is on, of an arc or an outline the facet's.
     """
 
     points: Floats
@@ -45,6 +46,7 @@ class Samples(NamedTuple):
     image: Floats
     image_direction: Floats
     px: Floats
+    own: Ints
 
     @property
     def normal(self) -> Floats:
@@ -101,7 +103,7 @@ def visible_samples(model: Model, camera: Camera, pose: Pose, spacing_px: float 
         min(float(spacing_px), DENSEST_PX),
         MIN_LINE_PX,
     )
-    samples = Samples(seen.points, seen.along, seen.line, seen.image, seen.direction, seen.px)
+    samples = Samples(seen.points, seen.along, seen.line, seen.image, seen.direction, seen.px, seen.own)
     return _through_lens(samples, camera, pose) if camera.distorted else samples
 
 
@@ -137,4 +139,5 @@ def _through_lens(samples: Samples, camera: Camera, pose: Pose) -> Samples:
         image[inside],
         secant[inside] / stretch[inside, None],
         (samples.px * stretch)[inside],
+        samples.own[inside],
     )

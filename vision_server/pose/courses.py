@@ -28,11 +28,11 @@ FEWEST_COURSE_POINTS = 2  # edge points of a line in a channel that hold its pla
 FIRST_COURSE_CUT_PX, LEAST_COURSE_CUT_PX = 1.5, 0.55
 COURSE_ITERATIONS = 4  # of reweighting; chosen by hand, as `solver.SOLVER_ITERATIONS` is
 COURSE_PRIOR_SHARE = 1e-3  # of its weight, that a line is where it was: one seen as a point tells no turn
-COURSE_UNKNOWNS, BLUR = 11, 8  # rotation, translation, two nuisances, outlines' blur, two more
+BLUR, ROUNDNESS = 8, 11  # after rotation, translation and two nuisances; and after two stretches
 
 
 class Courses(NamedTuple):
-    """What each channel says of each line that it shows: M pairs of both, K = COURSE_UNKNOWNS.
+    """What each channel says of each line that it shows: M pairs of both, K unknowns.
 
     Attributes
     ----------
@@ -43,6 +43,8 @@ class Courses(NamedTuple):
     spread : (M,), one sd of what it may be off as a whole, px.
     share : (M,), of all that is said of the line; of each line 1 in all.
     line, channel : (M,), index into the model's lines and into the channels.
+    bow : (M, 2), of the roundness (`roundness`), as it is told by how edge points run within the line: its
+        precision times itself, and its precision.
     """
 
     place: Floats
@@ -52,6 +54,7 @@ class Courses(NamedTuple):
     share: Floats
     line: Ints
     channel: Ints
+    bow: Floats
 
 
 class _Beside(NamedTuple):
@@ -66,15 +69,16 @@ class _Beside(NamedTuple):
 
 def courses_of(problem: PoseProblem, seen: Observation, more: Floats) -> Courses:
     """Courses of the lines in each channel, by the pose's unknowns, two nuisances, the blur of outlines in
-    its sd (see `profiles.Moved`), and ``more`` (N, 2), px.
+    its sd (see `profiles.Moved`), and ``more`` (N, J), px.
     """
     base = base_weights(seen, True)
-    lines = 1 + int((np.diff(seen.samples.line) != 0).sum())
+    unknowns, lines = BLUR + 1 + more.shape[1], 1 + int((np.diff(seen.samples.line) != 0).sum())
     room = len(base) * lines
-    place, motion, noise = (np.zeros((room, *of)) for of in ((2,), (2, COURSE_UNKNOWNS), (2, 2)))
+    place, motion, noise = (np.zeros((room, *of)) for of in ((2,), (2, unknowns), (2, 2)))
     spread, weight, beside = np.zeros(room), np.zeros(room), _Beside(*np.zeros((3, room)))
     line, channel = np.zeros(room, dtype=np.int64), np.zeros(room, dtype=np.int64)
-    count = _read(seen, base, more, Courses(place, motion, noise, spread, weight, line, channel), beside)
+    bow = np.zeros((room, 2))
+    count = _read(seen, base, more, Courses(place, motion, noise, spread, weight, line, channel, bow), beside)
     place, weight, line, channel = place[:count], weight[:count], line[:count], channel[:count]
     moved, covered, tolerance = (part[:count] for part in beside)
     by = moved_by_profiles(problem, seen, Place(place, line, channel))
@@ -82,7 +86,7 @@ def courses_of(problem: PoseProblem, seen: Observation, more: Floats) -> Courses
     motion[:count, 0, BLUR] = by.shared
     spread = np.hypot(np.hypot(by.sd, moved) / covered, tolerance)
     share = weight / np.bincount(line, weight)[line] if count else weight
-    return Courses(place, motion[:count], noise[:count], spread, share, line, channel)
+    return Courses(place, motion[:count], noise[:count], spread, share, line, channel, bow[:count])
 
 
 @kernel()
@@ -122,7 +126,8 @@ def _is_course(
     """
     (c, start, end), (weight, residual, inverse) = where, fit
     total, scatter, clipped, beside, tolerance, found = 0.0, 0.0, 0.0, 0.0, 0.0, 0
-    pull, square, row = np.zeros((2, COURSE_UNKNOWNS)), np.zeros((2, 2)), np.empty(COURSE_UNKNOWNS)
+    unknowns = out.motion.shape[2]
+    pull, square, row = np.zeros((2, unknowns)), np.zeros((2, 2)), np.empty(unknowns)
     for i in range(start, end):
         w, t = weight[i - start], seen.along[i]
         if not w > 0.0:
@@ -150,10 +155,36 @@ def _is_course(
             for a in range(2):  # sums, as products of matrices load SciPy
                 for b in range(2):
                     out.noise[m, k, j] += variance * inverse[k, a] * square[a, b] * inverse[b, j]
+    if unknowns > ROUNDNESS:
+        _add_bow(seen, where, (weight, residual), more, variance * square[0, 0] / total, out, m)
     others.moved[m] = math.hypot(CLIPPED_SPREAD_PX * sigma * clipped, beside) / total
     others.covered[m], others.tolerance[m] = found / (end - start), tolerance / total
     out.share[m] = total
     return True
+
+
+@kernel()
+def _add_bow(
+    seen: Observation,
+    where: tuple[int, int, int],
+    fit: tuple[Floats, Floats],
+    more: Floats,
+    variance: float,
+    out: Courses,
+    m: int,
+) -> None:
+    """What the m-th course tells of roundness by how its edge points lie about their straight course.
+
+    ``variance``, px^2 times the weight of an edge point, of one that is independent of the others.
+    """
+    (_, start, end), (weight, residual) = where, fit
+    for i in range(start, end):
+        w = weight[i - start]
+        if w > 0.0 and seen.inside[i] == 0.0:  # outlines are drawn inwards by shading, here more, there less
+            straight = out.motion[m, 0, ROUNDNESS] + seen.along[i] * out.motion[m, 1, ROUNDNESS]
+            bent = more[i, ROUNDNESS - BLUR - 1] - straight
+            out.bow[m, 0] += w * bent * residual[i - start] / variance
+            out.bow[m, 1] += w * bent * bent / variance
 
 
 @kernel()

@@ -30,8 +30,9 @@ def sparse_samples(model: Model, camera: Camera, pose: Pose) -> Samples:
 def thinned(samples: Samples, most: int) -> Samples:
     """At most so many samples of each line, evenly taken, which stand for its whole visible length."""
     keep, px = _kept(samples.line, samples.px, most)
-    points, direction, line, image, image_direction, _ = samples
-    return Samples(points[keep], direction[keep], line[keep], image[keep], image_direction[keep], px)
+    points, direction, line, image, image_direction, _, own = samples
+    image, image_direction = image[keep], image_direction[keep]
+    return Samples(points[keep], direction[keep], line[keep], image, image_direction, px, own[keep])
 
 
 @kernel()

@@ -5,7 +5,7 @@ pixel beside their place, on a shadow's edge, no longer outvote many that agree 
 
 A part whose axes are a little longer or shorter than the model's moves all lines, and no line stands out. Two
 scales, of its axes against each other, are unknowns too, with a spread that the lines themselves tell: none,
-unless they clearly ask for one.
+unless they clearly ask for one. So is how round the part is beyond its model's facets (`roundness`).
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ import numpy as np
 from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Floats
-from vision_server.pose.courses import Courses, courses_of
+from vision_server.pose.courses import BLUR, ROUNDNESS, Courses, courses_of
 from vision_server.pose.covariance import about_camera
 from vision_server.pose.observation import observe
 from vision_server.pose.ranking import Refined
 from vision_server.pose.refinement import EXACT_REACH_PX, prior_precision
+from vision_server.pose.roundness import has_facets, motion_of_roundness, told_roundness, without_roundness
 from vision_server.pose.steps import moved
 from vision_server.pose.stretch import BETWEEN_AXES, motion_of_strains
 from vision_server.pose.support import support_at
@@ -50,6 +51,7 @@ SAME_PART_STRETCH, MOST_STRETCH = 0.015, 0.03
 # as soft lines are off together. At least this: a tone curve that is not quite known moves all lines alike.
 COVARIANCE_PER_SCATTER, SCATTER_ADDED, COVARIANCE_SPREAD_POWER, LEAST_COVARIANCE_FACTOR = 6.7, 0.1, 0.6, 0.6
 SCATTER_STEPS, SCATTER_STILL = 60, 1e-3  # of its reweighting, at most and until its logarithm is so still
+STRETCH = slice(BLUR + 1, ROUNDNESS)  # which unknowns are stretches
 AGREES_CHI2 = 6.0  # squared distance of a line from its place: 95 % of chi-square's of two degrees of freedom
 
 
@@ -72,12 +74,13 @@ def settled(best: Refined) -> Settled | None:
     for _ in range(SETTLING_ROUNDS):
         seen = observe(problem, pose, EXACT_REACH_PX, best.spacing_px)
         strains = motion_of_strains(seen.samples, seen.jacobian, problem.model, pose)[:, :3]
-        courses = courses_of(problem, seen, strains @ AXES_OF_BETWEEN)
+        rounded = motion_of_roundness(problem.model, pose, seen)
+        courses = courses_of(problem, seen, np.hstack([strains @ AXES_OF_BETWEEN, rounded]))
         if not len(courses.share):
             return None
         range_m = float(np.linalg.norm(pose.translation))
         prior = np.r_[prior_precision(range_m, best.solution.tone_sd_px), BLUR_PRECISION]
-        step, spread = agreed(courses, prior)
+        courses, step, spread = _fitted(courses, prior)
         pose = moved(pose, step[:6], seen.centre)
         if not np.isfinite(step).all() or not pose.apply(problem.model.vertices)[:, 2].max() > 0:
             return None
@@ -95,20 +98,29 @@ def settled(best: Refined) -> Settled | None:
     return Settled(best, covariance, LineAgreement(_agreeing(courses, squares, visible), scatter))
 
 
+def _fitted(courses: Courses, prior: Floats) -> tuple[Courses, Floats, Floats]:
+    """Courses, unknowns and covariance as of `agreed`, those of a part with facets where it has them."""
+    step, spread = agreed(courses, prior)
+    if has_facets(step, spread):
+        courses = without_roundness(courses)
+        step, spread = agreed(courses, prior)
+    return courses, step, spread
+
+
 def _of_true_axes(pose: Pose, model: Model, step: Floats) -> Pose:
     """The pose at the range at which most axes of a stretched part are as the model has them.
 
     A scale of all axes is the same as another range. In ``step`` the scales have a mean of none, by which all
     would share what one axis is too long. Where one alone is off, the other two tell the range.
     """
-    nearer = math.exp(-float(np.median(AXES_OF_BETWEEN @ step[-2:])))
+    nearer = math.exp(-float(np.median(AXES_OF_BETWEEN @ step[STRETCH])))
     middle = pose.apply(model.middle[None])[0]
     return Pose(pose.rotation_vector, pose.translation + (nearer - 1.0) * middle)
 
 
 def _stretch(step: Floats) -> float:
     """How much one axis is stretched against another by unknowns (K,), as a logarithm."""
-    return float(np.ptp(AXES_OF_BETWEEN @ step[-2:]))
+    return float(np.ptp(AXES_OF_BETWEEN @ step[STRETCH]))
 
 
 def agreed(courses: Courses, prior: Floats, most: float = MOST_STRETCH) -> tuple[Floats, Floats]:
@@ -117,14 +129,18 @@ def agreed(courses: Courses, prior: Floats, most: float = MOST_STRETCH) -> tuple
     Parameters
     ----------
     prior
-        (9,), precision of all but the two stretches, whose spread is the likeliest of STRETCH_SDS or none.
+        (9,), precision of all but roundness and the two stretches, whose spread is the likeliest of
+        STRETCH_SDS or none.
     most
         One axis is stretched against another.
     """
     precision = _precision(courses)
+    roundness, pull = told_roundness(courses)
+    pull = np.r_[np.zeros(ROUNDNESS), pull]
     best, least = None, np.inf
     for sd in (UNSTRETCHED_SD, *STRETCH_SDS):
-        step, covariance, nats = _at_stretch(courses, precision, np.r_[prior, sd**-2.0, sd**-2.0], best)
+        all_prior = np.r_[prior, sd**-2.0, sd**-2.0, roundness]
+        step, covariance, nats = _at_stretch(courses, precision, all_prior, pull, best)
         if best is not None and _stretch(step) > most:
             break  # another part
         nats += 2.0 * np.log(sd / UNSTRETCHED_SD) - 0.5 * float(np.linalg.slogdet(covariance)[1])
@@ -180,11 +196,11 @@ def as_seen(scatter: float, courses: Courses) -> float:
 
 
 def _at_stretch(
-    courses: Courses, precision: Floats, prior: Floats, start: tuple[Floats, Floats] | None
+    courses: Courses, precision: Floats, prior: Floats, pull: Floats, start: tuple[Floats, Floats] | None
 ) -> tuple[Floats, Floats, float]:
     """Unknowns, covariance, and -ln of what is likely, by iteratively reweighted least squares.
 
-    ``precision`` (M, 2, 2), 1/px^2, of the courses.
+    ``precision`` (M, 2, 2), 1/px^2, of the courses; ``prior`` (K,), and ``pull`` (K,), that times its mean.
     """
     motion, share = courses.motion, courses.share
     step = np.zeros(len(prior)) if start is None else start[0]
@@ -194,10 +210,12 @@ def _at_stretch(
         weight = share * (T_FREEDOM + 2.0) / (T_FREEDOM + squares)
         pulls = np.einsum("mik,mij->mkj", motion, precision * weight[:, None, None])
         normal = np.tensordot(pulls, motion, ([0, 2], [0, 1])) + np.diag(prior)
-        before, step = step, np.linalg.solve(normal, np.einsum("mkj,mj->k", pulls, courses.place))
+        before, step = step, np.linalg.solve(normal, np.einsum("mkj,mj->k", pulls, courses.place) + pull)
         if (step - before) @ normal @ (step - before) < SETTLED_SIGMAS**2:
             break
-    nats = 0.5 * (T_FREEDOM + 2.0) * float(share @ np.log1p(squares / T_FREEDOM)) + 0.5 * float(
-        step**2 @ prior
+    nats = (
+        0.5 * (T_FREEDOM + 2.0) * float(share @ np.log1p(squares / T_FREEDOM))
+        + 0.5 * float(step**2 @ prior)
+        - float(step @ pull)
     )
     return step, np.linalg.inv(normal), nats

@@ -20,9 +20,8 @@ BLACK_SIDE = (0.5, 0.5, 0.5, 0.08, 0.5, 0.5)
 
 def sampled(line: Ints, image: Floats, direction: Floats) -> Samples:
     """Samples at these places in the image; where they are in space does not matter."""
-    return Samples(
-        np.zeros((len(line), 3)), np.zeros((len(line), 3)), line, image, direction, np.ones(len(line))
-    )
+    empty = np.zeros((len(line), 3))
+    return Samples(empty, empty, line, image, direction, np.ones(len(line)), line)
 
 
 def level_samples(gap_px: float) -> Samples:

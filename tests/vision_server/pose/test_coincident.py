@@ -22,10 +22,10 @@ def level(*heights_px: float, shift_px: float = 0.0) -> Samples:
     along = STEP_PX * np.arange(20.0)
     image = [np.stack([along + shift_px * n, np.full(20, y)], axis=1) for n, y in enumerate(heights_px)]
     count = 20 * len(heights_px)
-    empty = np.zeros((count, 3))
+    empty, line = np.zeros((count, 3)), np.repeat(np.arange(len(heights_px)), 20)
     return Samples(
-        empty, empty, np.repeat(np.arange(len(heights_px)), 20), np.concatenate(image),
-        np.tile([1.0, 0.0], (count, 1)), np.full(count, STEP_PX),
+        empty, empty, line, np.concatenate(image), np.tile([1.0, 0.0], (count, 1)),
+        np.full(count, STEP_PX), line,
     )  # fmt: skip
 
 

@@ -22,7 +22,7 @@ def arc(radius_px: float, turn: float, count: int = 20) -> Samples:
     image = np.stack([100.0 + radius_px * np.cos(angle), 80.0 + radius_px * np.sin(angle)], axis=1)
     way = turn * np.stack([-np.sin(angle), np.cos(angle)], axis=1)
     empty, line = np.zeros((count, 3)), np.zeros(count, dtype=np.int64)
-    return Samples(empty, empty, line, image, way, np.full(count, STEP_PX))
+    return Samples(empty, empty, line, image, way, np.full(count, STEP_PX), line)
 
 
 @pytest.mark.parametrize("turn", [1.0, -1.0])

@@ -13,7 +13,7 @@ from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.pose import profiles
-from vision_server.pose.courses import BLUR, COURSE_PRIOR_SHARE, COURSE_UNKNOWNS, Courses, courses_of
+from vision_server.pose.courses import BLUR, COURSE_PRIOR_SHARE, Courses, courses_of
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.ranking import Refined, best_first
 from vision_server.pose.sampling import spacing_for
@@ -29,6 +29,7 @@ from vision_server.pose.settling import (
 from vision_server.pose.stretch import stretched
 from vision_server.pose.weights import base_weights
 
+UNKNOWNS = BLUR + 3
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 PRIOR = np.r_[np.r_[np.full(3, 0.3), np.full(3, 0.05), 0.01, 0.8] ** -2.0, BLUR_PRECISION]
 
@@ -44,9 +45,9 @@ def found(part: Model, model: Model, seed: int) -> Refined:
 def drawn_courses(count: int, seed: int) -> tuple[Courses, Floats]:
     """Lines that say where they are to a fiftieth of a pixel, and the unknowns that they agree on."""
     random = np.random.default_rng(seed)
-    motion = random.normal(0.0, 1.0, (count, 2, COURSE_UNKNOWNS)) * 300.0
+    motion = random.normal(0.0, 1.0, (count, 2, UNKNOWNS)) * 300.0
     motion[:, :, 6:] = 0.0
-    true = np.zeros(COURSE_UNKNOWNS)
+    true = np.zeros(UNKNOWNS)
     true[:6] = random.normal(0.0, 0.003, 6)
     noise = np.tile(0.02**2 * np.eye(2), (count, 1, 1))
     place = motion @ true + random.normal(0.0, 0.02, (count, 2))
@@ -58,6 +59,7 @@ def drawn_courses(count: int, seed: int) -> tuple[Courses, Floats]:
         np.ones(count),
         np.arange(count),
         np.zeros(count, np.int64),
+        np.zeros((count, 2)),
     ), true
 
 

@@ -22,7 +22,7 @@ def support(*shares: float, length_px: float = 40.0) -> PoseSupport:
     seen = np.concatenate([np.arange(count) < round(share * count) for share in shares])
     empty, along = np.zeros((len(line), 3)), SPACING_PX * np.tile(np.arange(count), len(shares))
     image, level = np.stack([along, APART_PX * line], axis=1), np.tile([1.0, 0.0], (len(line), 1))
-    samples = Samples(empty, empty, line, image, level, np.full(len(line), SPACING_PX))
+    samples = Samples(empty, empty, line, image, level, np.full(len(line), SPACING_PX), line)
     return PoseSupport(
         rms_px=1.0, supported_fraction=float(seen.mean()), strength=0.5, clipped_fraction=0.0, names=["i1"],
         samples=samples, distance=np.where(seen, 0.1, 4.0), supports=seen[None],
