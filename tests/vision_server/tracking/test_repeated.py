@@ -20,7 +20,8 @@ def rectangle(left: float, right: float, below: float, above: float) -> Floats:
 def slotted() -> Model:
     """A plate of 200 by 100 mm with five slots."""
     slots = [rectangle(x, x + 0.005, -0.03, 0.03) for x in np.arange(5) * 0.02 - 0.05]
-    return Model.of_surface("plate", surface_of([drilled(rectangle(-0.1, 0.1, -0.05, 0.05), slots, 0.0, 0.02)]))
+    outline = rectangle(-0.1, 0.1, -0.05, 0.05)
+    return Model.of_surface("plate", surface_of([drilled(outline, slots, 0.0, 0.02)]))
 
 
 def test_the_lips_of_slots_are_rows_and_the_outline_is_of_none() -> None:
