@@ -27,7 +27,7 @@ import numpy as np
 
 from geometry.model import Model
 from geometry.pose import Pose
-from numerics.arrays import Floats
+from numerics.arrays import Floats, Ints
 from numerics.cholesky import inverse_positive
 from numerics.kernels import kernel
 from vision_server.pose.observation import Observation, PoseProblem, observe
@@ -36,6 +36,7 @@ from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
 from vision_server.tracking.lines import LINE_UNKNOWNS, RADIUS, LineFits, line_fits, rounding_shifts, united
 from vision_server.tracking.motion import about
+from vision_server.tracking.repeated import offsets_of, repetition, sums_of_rows
 
 Information = tuple[float, float]
 """What lines tell of the radius: the precision, 1/m^2, and that times the radius."""
@@ -54,6 +55,7 @@ LEARNT_SHARE = 0.02  # of what a frame tells, as the errors of the next frame ar
 MOST_SEEN_LINES = 12.0  # lines that all that was learnt counts as, at most
 FIRST_OFF_PX, FIRST_SEEN_LINES = 0.2, 4.0  # what a new target's lines are off, and how many lines say so
 LEAST_FREE = 0.2  # of a residual's variance, the share that the fit is taken to leave at least
+COMMON_SHARE = 0.7  # of off^2, what the lines of a row (`repeated`) share: of a film of slots 0.66
 LEAST_LINES = 4  # that hold a pose and tell what lines are off: a pose takes three
 FARTHEST_SIGMAS = 30.0  # beyond these, a normal's tail has no number
 WIDER_BY = 25.0  # a covariance is wider by this over the numbers that its variance is from, and one
@@ -108,7 +110,7 @@ class Fit:
     observation : edge points where the step started, their offsets from the lines where it ended.
     moved_px : how far it moved the lines, at most.
     fits : of the lines, where the step started.
-    known : what was known before: precisions of the unknowns (9,), and of the lines.
+    known : what was known before: precisions of the unknowns (9,), of the lines, and their rows (M,).
     off_px2 : what the lines are off, this frame alone.
     radius_m : of the edges, with what was known before.
     radius_information : what this frame alone says of it: precision 1/m^2, and that times the radius.
@@ -119,7 +121,7 @@ class Fit:
     observation: Observation
     moved_px: float
     fits: LineFits
-    known: tuple[Floats, Habits]
+    known: tuple[Floats, Habits, Ints]
     off_px2: float
     radius_m: float
     radius_information: Information
@@ -156,7 +158,8 @@ def fitted(
         return None
     range_m = float(np.linalg.norm(start.translation))
     prior = np.append(prior_precision(range_m, problem.tone_sd_px), habits.radius_sd_m**-2.0)
-    step, covariance, off_px2, radius_information = solved(lines, prior, habits)
+    rows = repetition(problem.model)[lines.line]
+    step, covariance, off_px2, radius_information = solved(lines, prior, habits, rows)
     if not np.isfinite(step).all():
         return None
     moves = seen.jacobian @ step[:6]
@@ -166,7 +169,7 @@ def fitted(
         seen._replace(offset=seen.offset - moves),
         float(np.abs(moves).max()),
         lines,
-        (prior, habits),
+        (prior, habits, rows),
         off_px2,
         float(step[RADIUS]),
         radius_information,
@@ -229,22 +232,27 @@ def mills_ratio(above: float) -> float:
 
 
 @kernel()
-def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floats, float, Information]:
+def solved(
+    lines: LineFits, prior: Floats, habits: Habits, row: Ints
+) -> tuple[Floats, Floats, float, Information]:
     """The unknowns (9,), their covariance; of these lines alone, off^2, and what they tell of the radius.
 
     Iteratively reweighted least squares: the weights are Student's, off^2 is that of the residuals, each
-    divided by the share of it that the fit did not take up, beside what was known.
+    divided by the share of it that the fit did not take up, beside what was known. Lines of one ``row`` (M,),
+    see `repetition`, share a part of their offsets.
     """
     known = lines.variance.ravel() < np.inf
     value, scatter = lines.value.ravel()[known], lines.variance.ravel()[known]
     rows, slack = lines.rows.reshape(-1, LINE_UNKNOWNS)[known], np.repeat(lines.slack, 2)[known]
+    member = offsets_of(row)[known]
     pull, radius_m2 = prior[RADIUS] * habits.radius_m, habits.radius_m**2  # the latter as is expected
     factor, off_px2, own, left = np.ones(len(value)), habits.off_px2, 0.0, 0.0
     step, covariance, told = np.zeros(LINE_UNKNOWNS), np.eye(LINE_UNKNOWNS), (0.0, 0.0)
     for _ in range(FIT_ITERATIONS):
         noise = scatter + slack * slack / 3.0 * radius_m2
         variance = noise + off_px2
-        weight = factor / variance
+        alone = np.where(member == 0, variance, variance - COMMON_SHARE * off_px2)
+        weight = factor / alone
         normal, right = np.diag(prior), np.zeros(LINE_UNKNOWNS)
         right[RADIUS] = pull
         for i in range(len(value)):
@@ -252,16 +260,23 @@ def solved(lines: LineFits, prior: Floats, habits: Habits) -> tuple[Floats, Floa
                 right[j] += weight[i] * value[i] * rows[i, j]
                 for k in range(LINE_UNKNOWNS):
                     normal[j, k] += weight[i] * rows[i, j] * rows[i, k]
+        sums = sums_of_rows(member, weight, value, rows)
+        gains = 1.0 / (1.0 / (COMMON_SHARE * off_px2) + sums[:, -1])
+        for g in range(len(sums)):
+            right -= gains[g] * sums[g, -2] * sums[g, :LINE_UNKNOWNS]
+            normal -= gains[g] * np.outer(sums[g, :LINE_UNKNOWNS], sums[g, :LINE_UNKNOWNS])
         covariance = inverse_positive(normal)
         step = (covariance * right).sum(axis=1)
         own_radius = covariance[RADIUS, RADIUS]
         told = (1.0 / own_radius - prior[RADIUS], step[RADIUS] / own_radius - pull)
         step, covariance = none_or_rounded(step, covariance, habits.at_first_m, rounded_odds(own, left))
+        common = gains * (sums[:, -2] - (sums[:, :LINE_UNKNOWNS] * step).sum(axis=1))
         shares, squares, left = 0.0, 0.0, 0.0
         for i in range(len(value)):
             residual = value[i] - (rows[i] * step).sum()
             free = 1.0 - weight[i] * ((covariance * rows[i]).sum(axis=1) * rows[i]).sum()
-            factor[i] = (TAIL + 1.0) / (TAIL + residual**2 / variance[i])
+            apart = residual - np.sign(member[i]) * common[abs(member[i])]
+            factor[i] = (TAIL + 1.0) / (TAIL + apart**2 / alone[i])
             share = off_px2 / variance[i]
             left, shares = left + free, shares + share
             squares += share * max(factor[i] * residual**2 / max(free, LEAST_FREE) - noise[i], 0.0)

@@ -180,7 +180,7 @@ def _edges(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Floats
         return np.zeros((3, len(samples.line)))
     normals, faces = model.face_normals @ pose.matrix.T, model.line_faces[samples.line]
     points, along = pose.apply(samples.points), samples.direction @ pose.matrix.T
-    focal, rounds = samples.normal * [camera.fx, camera.fy], _rounds(model)[samples.line]
+    focal, rounds = samples.normal * [camera.fx, camera.fy], sharp_and_convex(model)[samples.line]
     return _at_edges(normals[faces[:, 0]], normals[faces[:, 1]], rounds, points, along, focal)
 
 
@@ -231,7 +231,7 @@ def _in_image(shift: Floats, point: Floats, focal: Floats) -> float:
 
 
 @lru_cache(maxsize=8)
-def _rounds(model: Model) -> Flags:
+def sharp_and_convex(model: Model) -> Flags:
     """Which lines are sharp convex edges between two faces, (L,)."""
     middles = np.array([model.vertices[face].mean(axis=0) for face in model.faces])
     one, two = model.line_faces[:, 0], model.line_faces[:, 1]

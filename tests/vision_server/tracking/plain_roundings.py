@@ -7,7 +7,7 @@ import numpy as np
 from geometry.pose import Pose
 from numerics.arrays import Floats
 from vision_server.pose.observation import Observation, PoseProblem
-from vision_server.tracking.lines import FLAT_FACES, _rounds
+from vision_server.tracking.lines import FLAT_FACES, sharp_and_convex
 
 
 def plain_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tuple[Floats, Floats]:
@@ -26,7 +26,7 @@ def plain_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tuple[F
     creased = ((one * sight).sum(axis=1) < 0.0) & ((two * sight).sum(axis=1) < 0.0)
     shift = np.where(creased[:, None], crease, outline)
     slack = np.where(creased[:, None], 0.5 * (one - two), 0.0)
-    rounds = _rounds(model)[line] & (apart > FLAT_FACES)
+    rounds = sharp_and_convex(model)[line] & (apart > FLAT_FACES)
     along = []
     for change in (shift, slack):
         image = (change[:, :2] - change[:, 2:] * points[:, :2] / points[:, 2:]) / points[:, 2:]

@@ -35,9 +35,13 @@ def supported(*lines: tuple[float, float]) -> PoseSupport:
     return cast("PoseSupport", SimpleNamespace(lines=seen, by_line=(visible, share * visible)))
 
 
-def believed(alone: float, pose: Pose | None = None, covariance: Floats | None = None) -> Found:
-    """A pose that is believed so much without a rival."""
-    own = SimpleNamespace(pose=pose, covariance=covariance, belief=lambda ambiguity: shared(alone, ambiguity))
+def believed(
+    alone: float, pose: Pose | None = None, covariance: Floats | None = None, evidence: float = 20.0
+) -> Found:
+    """A pose that is believed so much without a rival, and explains what is seen by so many nats."""
+    own = SimpleNamespace(
+        pose=pose, covariance=covariance, evidence=evidence, belief=lambda ambiguity: shared(alone, ambiguity)
+    )
     return cast("Found", own)
 
 
@@ -86,6 +90,11 @@ def test_whole_lines_make_up_for_a_low_score_where_no_other_model_does_better(
 ) -> None:
     fitted = SimpleNamespace(belief=lambda _: 0.95, support=supported((80.0, 1.0), (20.0, seen)))
     assert found_belief(Estimate(score=0.3, misfit=misfit), cast("Found", fitted)) == told
+
+
+def test_a_pose_that_explains_less_than_chance_does_is_not_probable() -> None:
+    assert is_probable(believed(0.95, evidence=1.0), alike(0.0), stays=True)
+    assert not is_probable(believed(0.95, evidence=-1.0), alike(0.0), stays=True)
 
 
 def test_what_is_clearly_exact_is_so_by_draws_as_well(monkeypatch: pytest.MonkeyPatch) -> None:
