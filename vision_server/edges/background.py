@@ -1,7 +1,8 @@
 """The background of a set of images: how dark or how lit it is, and which dark places belong to it.
 
 Some shadows are as dark as a dark background. They are surrounded by what is lit; the background goes on to
-the border of the image. A lit one is a wall: most of the border has its grey in each light.
+the border of the image, as does a table that is too dim for a wall. A lit one is a wall: most of the border
+has its grey in each light.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ BACKGROUND_SHARE = 0.02  # of the image, in its best lights, that is darker than
 CELL_PX = 4  # side of the squares of which the middle says whether they are dark
 LEAST_AT_LARGE = 0.5  # share of what is dark, where the background is
 DARK_RATIO = 2.7  # of such a mean in its best light to the background: more is none
+EVEN = 0.3  # between the logarithms of a cell and of those beside it, in their best lights: no edge is there
 FRAME_CELLS = 2  # at the image's border, by which a wall is told
 WALL_SPREAD, LEAST_WALL = 0.1, 0.6  # of its logarithm there, in such a share: the rest is in shadow
 WALL_FITS = 10  # with 5 large shadows at the dim end still pull it
@@ -116,14 +118,22 @@ def _coarse(channel: ChannelStatistics) -> Field:
 
 
 def _outside(best: Field, background: float, dark: float) -> Grey:
-    """1 for cells that are of the background at large or beside it: dark ones that adjoin up to the border.
+    """1 for cells that are of the background at large or beside it.
 
-    All are where most of what is dark does not: then it is not the background that is dark.
+    Those are dark ones that adjoin up to the border, and even ones that do, as of a table. All are where most
+    of what is dark does not: then it is not the background that is dark.
     """
     is_dark = best + dark < DARK_RATIO * (background + dark)
-    framed = np.pad(is_dark.astype(np.uint8), 1, constant_values=1)
-    _, pieces = cv2.connectedComponents(framed, connectivity=4)
-    at_large = (pieces == pieces[0, 0]).astype(np.uint8)[1:-1, 1:-1]
+    at_large = _up_to_the_border(is_dark)
     if at_large.sum() < LEAST_AT_LARGE * is_dark.sum():
         return np.ones_like(at_large)
-    return np.asarray(cv2.dilate(at_large, np.ones((3, 3), np.uint8)), np.uint8)
+    beside, logs = np.ones((3, 3), np.uint8), np.log(best + np.float32(dark))
+    is_even = cv2.dilate(logs, beside) - cv2.erode(logs, beside) < EVEN
+    return np.asarray(cv2.dilate(at_large | _up_to_the_border(np.asarray(is_even)), beside), np.uint8)
+
+
+def _up_to_the_border(cells: Flags) -> Grey:
+    """1 for those of the cells that adjoin each other up to the border of the image."""
+    framed = np.pad(cells.astype(np.uint8), 1, constant_values=1)
+    _, pieces = cv2.connectedComponents(framed, connectivity=4)
+    return np.asarray((pieces == pieces[0, 0])[1:-1, 1:-1], np.uint8)

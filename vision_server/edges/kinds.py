@@ -21,6 +21,7 @@ densities, `fit_kinds` is EM: how likely each edgel is of each kind, given how f
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -50,6 +51,7 @@ LEAST_LOG = -8.0  # of a likelihood, beside the edgel's largest: no single edgel
 # Edgels that neighbours on the same edge count for: what misleads one misleads them, too, less so where each
 # light's part is known.
 COHERENCE, KNOWN_COHERENCE = 1.3, 2.5
+MEAN_FLOOR_RATIO = 5.0  # a mean contrast under so many standard deviations of its own noise is none
 LEAST_SHARE = 0.03  # of a kind: one that is absent may come
 LEAST_CLEAR = 0.5  # share of a channel's edges that are not beside clipped pixels
 # Of the share of the middle one of the set: of twelve photographs the least has .90 of it, of six drawn
@@ -127,7 +129,9 @@ def edge_kinds(channels: Sequence[ChannelStatistics], levels: Floats | None = No
     if len(once) < 2:
         raise BadInput("The kinds of edges need images under different lights.", "Give two images or more.")
     used = [once[number] for number in telling([channels[number] for number in once])]
-    edges = merge_channels([evenly_weighted(channels[number]) for number in used])
+    # the noise of one channel tells nothing of another's: that of their mean is so much smaller
+    floor_ratio = MEAN_FLOOR_RATIO / math.sqrt(len(used))
+    edges = merge_channels([evenly_weighted(channels[number]) for number in used], floor_ratio)
     return kinds_of(edges, None if levels is None else levels[used], tuple(used))
 
 

@@ -42,7 +42,9 @@ WALL_SD = 0.05  # of a wall's grey from place to place
 IN_SHADOW = 0.2  # share of the lights in which a wall beside an outline is in shadow
 OFF_WALL = 1e-4  # density of a wall's grey anywhere
 ANY_SD = 1.5  # of the logarithm of other greys, beside that of the wall
-RARER_ENCLOSED = 4.0  # of the logarithm of one before a dark place that is surrounded by lit ones
+# Of the logarithm of one before a dark place that is surrounded by lit ones, for each channel: all of them
+# see the same place and are misled alike.
+RARER_ENCLOSED = 1.0
 BLOCK = 16384  # edgels at a time: what is worked out of more goes through memory, at half the speed
 
 
@@ -84,7 +86,7 @@ def _of_block(
     found = np.empty((len(KINDS), sides.noise.shape[1]), np.float32)
     found[[OUTLINE, CREASE, PRINT, NOISE]] = scatter(sides, background.dark)
     if background.enclosed is not None:
-        found[OUTLINE] -= RARER_ENCLOSED * background.enclosed
+        found[OUTLINE] -= RARER_ENCLOSED * len(sides.noise) * background.enclosed
     if lights is not None and lights.are_all:
         _known_lights(found, sides, lights, falling)
     else:

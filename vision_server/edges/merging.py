@@ -27,7 +27,7 @@ from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.gradient_pixels import GradientPixels
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.mixture import BINS, fit_mixture
-from vision_server.edges.ridges import FLANK_X, FLANK_Y, FLANKS, MASS, SetState, find_ridges
+from vision_server.edges.ridges import FLANK_X, FLANK_Y, FLANKS, FLOOR_RATIO, MASS, SetState, find_ridges
 
 WORTH_TWO_CORES = 15000  # pixels: summing fewer is done before the other core has begun
 
@@ -140,8 +140,8 @@ class ImageSetStatistics:
             raise BadInput(f"No image {name} in the set.")
         self._clear(self.channels.pop(name))
 
-    def merge(self) -> EdgeMap:
-        """The merged edge map of all channels in the set.
+    def merge(self, floor_ratio: float = FLOOR_RATIO) -> EdgeMap:
+        """The merged edge map of all channels in the set; ``floor_ratio`` as in `find_ridges`.
 
         Raises
         ------
@@ -153,7 +153,7 @@ class ImageSetStatistics:
         self._sum(list(self.channels.values())[self._summed :])
         count = self._count
         state = self._state._replace(histograms=self._state.histograms[:count], sums=self._state.sums[:count])
-        places, (strength, mass, axis, offset, floor) = find_ridges(state)
+        places, (strength, mass, axis, offset, floor) = find_ridges(state, floor_ratio)
         channels = tuple(self.channels.values())
         blur_px = max(channel.blur_px for channel in channels)
         shape = (state.numbers.shape[0], state.numbers.shape[1])
@@ -200,8 +200,15 @@ def _empty_state(shape: tuple[int, int], coarse_shape: tuple[int, ...]) -> SetSt
     return SetState(np.full(shape, -1, np.int32), histograms, sums, weights, noises)
 
 
-def merge_channels(channels: Sequence[ChannelStatistics]) -> EdgeMap:
+def merge_channels(channels: Sequence[ChannelStatistics], floor_ratio: float = FLOOR_RATIO) -> EdgeMap:
     """The merged edge map of some channels; see `ImageSetStatistics` for a set that changes.
+
+    Parameters
+    ----------
+    channels
+        Of one set.
+    floor_ratio
+        See `find_ridges`.
 
     Raises
     ------
@@ -211,4 +218,4 @@ def merge_channels(channels: Sequence[ChannelStatistics]) -> EdgeMap:
     image_set = ImageSetStatistics()
     for number, channel in enumerate(channels, start=1):
         image_set.add(f"channel {number}", channel)
-    return image_set.merge()
+    return image_set.merge(floor_ratio)

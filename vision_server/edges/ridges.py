@@ -25,7 +25,7 @@ from vision_server.edges.mixture import BINS, fit_mixtures
 Places = NDArray[np.int32]
 
 # Chosen by hand; `python -m benchmarks.edge_quality` shows what they do.
-FLOOR_RATIO = np.float32(3.0)  # mass under so many standard deviations of its noise is none
+FLOOR_RATIO = 3.0  # mass under so many standard deviations of its noise is none
 CANDIDATE_RATIO = np.float32(0.55)  # under this share of the largest mass within 6 x 6 px nothing is a ridge
 SLACK = np.float32(0.9)  # of the mean of its flanks: a mass from there on enters the mixture
 BATCH = 32  # pixels whose mixtures are fitted side by side: four vector registers of eight
@@ -190,8 +190,15 @@ def _edgels(state: SetState, inverse: Field, floor: Field, candidates: Candidate
     return kept[:found], edgels[:, :found]
 
 
-def find_ridges(state: SetState) -> tuple[Places, Field]:
+def find_ridges(state: SetState, floor_ratio: float = FLOOR_RATIO) -> tuple[Places, Field]:
     """Edgels of an image set.
+
+    Parameters
+    ----------
+    state
+        Of the set.
+    floor_ratio
+        Mass under so many standard deviations of its noise is none.
 
     Returns
     -------
@@ -210,7 +217,9 @@ def find_ridges(state: SetState) -> tuple[Places, Field]:
         largest = cv2.dilate(_largest_masses(state, inverse, above, below), np.ones((3, 3), np.uint8))
         least = np.zeros_like(inverse)
         inner = np.asarray(largest[top - above : bottom - above], np.float32)
-        least[top:bottom] = np.maximum(CANDIDATE_RATIO * inner, FLOOR_RATIO * floor[top:bottom])
+        least[top:bottom] = np.maximum(
+            CANDIDATE_RATIO * inner, np.float32(floor_ratio) * floor[top:bottom]
+        )
         return _edgels(state, inverse, floor, _candidates(state, inverse, least, first, end))
 
     middle = rows // 4 * 2

@@ -58,11 +58,24 @@ def test_before_a_bright_background_nothing_is_enclosed() -> None:
     assert not enclosed_in(edges).any()
 
 
-def test_what_is_enclosed_is_less_likely_an_outline() -> None:
+def test_what_stands_before_a_table_that_is_too_dim_for_a_wall_is_not_enclosed() -> None:
+    """The table is lit and none of the dark background, but it goes on to the border as that does."""
+    pair = images(3, 3)
+    for number, image in enumerate(pair):
+        image[90:][image[90:] < 8] += np.uint8(10 + 3 * number)
+    edges = merged(pair)
+    found, (x, y) = enclosed_in(edges), edges.points.T
+    before_table = ((x < 42) | (x > 158) | (y > 128)) & (y > 95)
+    assert before_table.sum() > 100
+    assert not found[before_table].any()
+    assert found[of_hole(edges) & (y < 85)].all()
+
+
+def test_each_image_makes_an_outline_of_what_is_enclosed_less_likely() -> None:
     edges = merged(images(9, 3))
     sides, inner = sides_of(edges), of_hole(edges)
     within, anywhere = (likelihoods(sides, Background(3.0, enclosed)) for enclosed in (inner, None))
-    np.testing.assert_allclose((anywhere - within)[OUTLINE], RARER_ENCLOSED * inner, atol=1e-4)
+    np.testing.assert_allclose((anywhere - within)[OUTLINE], 2 * RARER_ENCLOSED * inner, atol=1e-4)
     np.testing.assert_array_equal(np.delete(within, OUTLINE, 0), np.delete(anywhere, OUTLINE, 0))
 
 

@@ -260,3 +260,18 @@ def test_a_black_image_among_good_ones_changes_nothing(grey: float, noise: float
     found = edge_kinds([*good, channel_statistics(np.abs(black).round().astype(np.uint8))])
     assert found.used == (0, 1, 2)
     np.testing.assert_array_equal(found.probability, edge_kinds(good).probability)
+
+
+def test_an_outline_that_one_of_twelve_noisy_images_shows_is_found() -> None:
+    """As in the dark of a tone curve: the mean of the contrasts is small, the mean's noise is smaller yet."""
+    random, images = np.random.default_rng(0), []
+    for number in range(12):
+        image = np.full((80, 120), 25.0)
+        image[20:60, 30:90] = 85.0 if number == 0 else 27.0
+        image[35:45, 50:70] = 120.0 if number % 2 else 60.0  # so that every image tells something
+        images.append(np.clip(image + random.normal(0.0, 4.0, image.shape), 0, 255).astype(np.uint8))
+    edges = edge_kinds([channel_statistics(image) for image in images]).edges
+    x, y = edges.points.T
+    left, right = ((abs(x - at) < 1.5) & (y > 22) & (y < 58) for at in (29.5, 89.5))
+    assert len(np.unique(np.rint(y[left]))) > 33
+    assert len(np.unique(np.rint(y[right]))) > 33
