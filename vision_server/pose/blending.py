@@ -99,7 +99,7 @@ def _gap(samples: Samples, their: Course, i: int, at: int) -> float:
     ux, uy = course_at(direction, their, at)
     x, y = image[i, 0] - image[at, 0], image[i, 1] - image[at, 1]
     along = x * ux + y * uy
-    return (x - along * ux) * direction[i, 1] - (y - along * uy) * direction[i, 0]
+    return float((x - along * ux) * direction[i, 1] - (y - along * uy) * direction[i, 0])
 
 
 @kernel(inline="always")
@@ -132,7 +132,7 @@ def _moved_by(samples: Samples, edges: Edges, where: tuple[int, int, int], gap: 
     noise = edges.sd[c, i] ** 2 + edges.sd[c, at] ** 2 + 2.0 * PLACE_SD_PX**2
     if (seen - foreseen) ** 2 > CONSISTENT_SDS**2 * (spread + noise):
         return math.nan
-    return own * (1.0 + (seen / foreseen - 1.0) * spread / (spread + noise))
+    return float(own * (1.0 + (seen / foreseen - 1.0) * spread / (spread + noise)))
 
 
 @kernel()
