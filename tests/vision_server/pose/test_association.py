@@ -3,8 +3,8 @@ import pytest
 
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.visibility import Samples
-from numerics.arrays import Floats, Ints
+from numerics.arrays import Floats
+from tests.vision_server.level_samples import level_samples, sampled
 from tests.vision_server.refined_poses import channels_of, scaled
 from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
 from vision_server.pose.along_lines import _near_pairs
@@ -16,19 +16,6 @@ EDGE_ON = Pose(np.array([0.3, 0.03, 0.0]), np.array([-0.05, -0.004, 0.45]))
 """One face is seen at a grazing angle: two of its edges are some 2 px apart."""
 BLACK_SIDE = (0.5, 0.5, 0.5, 0.08, 0.5, 0.5)
 """Greys of the cuboid's faces; the grazing one as dark as the background."""
-
-
-def sampled(line: Ints, image: Floats, direction: Floats) -> Samples:
-    """Samples at these places in the image; where they are in space does not matter."""
-    empty = np.zeros((len(line), 3))
-    return Samples(empty, empty, line, image, direction, np.ones(len(line)), line)
-
-
-def level_samples(gap_px: float) -> Samples:
-    """Two level lines of 20 samples, the second one ``gap_px`` below the first."""
-    along = np.arange(20.0)
-    image = np.concatenate([np.stack([along, np.full(20, y)], axis=1) for y in (0.0, gap_px)])
-    return sampled(np.repeat([0, 1], 20), image, np.tile([1.0, 0.0], (40, 1)))
 
 
 def level_lines(gap_px: float, offset: Floats) -> Floats:

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from tests.vision_server.pose.test_association import level_samples, sampled
+from tests.vision_server.level_samples import level_samples, sampled
 from vision_server.pose.blending import BLUR_RATIO, LEFT_SHARE, UNSEEN_HEIGHT, Edges, blended
 
 SOFT = np.full((1, 2), 2.0)
