@@ -87,10 +87,14 @@ def inputs(rows: Sequence[Row], settled: bool = True) -> list[dict[str, Any]]:
                 otherwise=row["otherwise"],
                 suspected=row["surely_wrong"] or None,
             ),
-            "agreement": LineAgreement(row["agreeing"], row["scatter"]) if settled else None,
+            "agreement": _agreement(row) if settled else None,
         }
         for row in rows
     ]
+
+
+def _agreement(row: Row) -> LineAgreement:
+    return LineAgreement(row["agreeing"], row["scatter"], row["astray"])
 
 
 def chance(by: Coefficients, evidence: Sequence[dict[str, Any]]) -> Floats:

@@ -182,7 +182,7 @@ def row_of(studio: Studio, found: Estimate) -> Row:
         "otherwise": doubt.otherwise if doubt else 0.0,
         "gain": doubt.gain if doubt else 0.0, "significance": doubt.significance if doubt else 0.0,
         "surely_wrong": bool(doubt and doubt.suspected), "score": found.score,
-        "agreeing": settled.share, "scatter": settled.scatter,
+        "agreeing": settled.share, "scatter": settled.scatter, "astray": settled.astray,
         "normalised": normalised_error_squared(found.pose, found.covariance, studio.true),
     }  # fmt: skip
 

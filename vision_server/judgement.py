@@ -13,6 +13,7 @@ from vision_server.pose.covariance import uncertainty
 from vision_server.pose.likely import Likely
 from vision_server.pose.other_hand import Matcher, the_other_way
 from vision_server.pose.ranking import Refined
+from vision_server.pose.restarts import astray
 from vision_server.pose.settling import Settled
 from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
@@ -81,6 +82,9 @@ def judged(
     by_lines = confidence(best.support, unclear, spread)
     if by_lines < LEAST_BY_LINES:
         return Estimate()
+
+    if agreement is not None:
+        agreement = agreement._replace(astray=astray(last, symmetry))
 
     def believed(doubt: Misfit | None) -> float:
         return confidence(best.support, unclear, spread, doubt, agreement)

@@ -214,3 +214,13 @@ def _beside_bowed(
 def course_at(direction: Floats, line: Course, at: int) -> tuple[float, float]:
     """Unit direction of a line: of its straight course, or of one that is bowed at its sample ``at``."""
     return (direction[at, 0], direction[at, 1]) if line.bow > 0.0 else (line.ux, line.uy)
+
+
+@kernel(inline="always")
+def crosses(direction: Floats, mine: Course, other: Course, i: int, at: int) -> bool:
+    """Whether a line, at its sample ``i``, runs otherwise than another one where that is next to it, at its
+    sample ``at``; two straight ones do not, or they were no pair.
+    """
+    x, y = course_at(direction, other, at)
+    cosine = abs(direction[i, 0] * x + direction[i, 1] * y)
+    return bool(mine.bow + other.bow > 0.0 and cosine < ALONG_COSINE)

@@ -15,20 +15,10 @@ import numpy as np
 from geometry.visibility import Samples
 from numerics.arrays import Floats
 from numerics.kernels import kernel
-from vision_server.pose.along_lines import ALONG_COSINE, Course, beside, course_at, course_of, line_courses
+from vision_server.pose.along_lines import beside, course_of, crosses, line_courses
 
 PAST_PX = 2.0  # chosen by hand: past its ends a line has a claim about as far as a corner is blurred
 ROUNDING_PX = 1e-6  # more than rounding changes a distance by
-
-
-@kernel(inline="always")
-def crosses(direction: Floats, mine: Course, other: Course, i: int, at: int) -> bool:
-    """Whether a line, at its sample ``i``, runs otherwise than another one where that is next to it, at its
-    sample ``at``; two straight ones do not, or they were no pair.
-    """
-    x, y = course_at(direction, other, at)
-    cosine = abs(direction[i, 0] * x + direction[i, 1] * y)
-    return bool(mine.bow + other.bow > 0.0 and cosine < ALONG_COSINE)
 
 
 @kernel()

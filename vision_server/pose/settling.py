@@ -21,7 +21,7 @@ from geometry.pose import Pose
 from numerics.arrays import Floats
 from vision_server.pose.courses import BLUR, ROUNDNESS, Courses, courses_of
 from vision_server.pose.covariance import about_camera
-from vision_server.pose.observation import observe
+from vision_server.pose.observation import Observation, observe
 from vision_server.pose.ranking import Refined
 from vision_server.pose.refinement import EXACT_REACH_PX, prior_precision
 from vision_server.pose.roundness import has_facets, motion_of_roundness, told_roundness, without_roundness
@@ -68,33 +68,65 @@ class Settled(NamedTuple):
     agreement: LineAgreement | None = None
 
 
+class Round(NamedTuple):
+    """One look at the images from a pose, and the step it asks for.
+
+    Attributes
+    ----------
+    pose
+        After the step.
+    seen, courses
+        From before it, and what they say of each line.
+    prior : (9,), see `agreed`.
+    step, spread : (K,) and (K, K), unknowns and their covariance.
+    """
+
+    pose: Pose
+    seen: Observation
+    courses: Courses
+    prior: Floats
+    step: Floats
+    spread: Floats
+
+
+def one_round(best: Refined, pose: Pose) -> Round | None:
+    """A look from a pose, with the problem of a refined one; None where too little holds it."""
+    problem = best.problem
+    seen = observe(problem, pose, EXACT_REACH_PX, best.spacing_px)
+    strains = motion_of_strains(seen.samples, seen.jacobian, problem.model, pose)[:, :3]
+    rounded = motion_of_roundness(problem.model, pose, seen)
+    courses = courses_of(problem, seen, np.hstack([strains @ AXES_OF_BETWEEN, rounded]))
+    if not len(courses.share):
+        return None
+    range_m = float(np.linalg.norm(pose.translation))
+    prior = np.r_[prior_precision(range_m, best.solution.tone_sd_px), BLUR_PRECISION]
+    courses, step, spread = _fitted(courses, prior)
+    pose = moved(pose, step[:6], seen.centre)
+    if not np.isfinite(step).all() or not pose.apply(problem.model.vertices)[:, 2].max() > 0:
+        return None
+    return Round(pose, seen, courses, prior, step, spread)
+
+
 def settled(best: Refined) -> Settled | None:
     """A refined pose, moved by the last step; None where too little holds it."""
-    problem, pose, covariance = best.problem, best.pose, None
+    problem, pose, last = best.problem, best.pose, None
     for _ in range(SETTLING_ROUNDS):
-        seen = observe(problem, pose, EXACT_REACH_PX, best.spacing_px)
-        strains = motion_of_strains(seen.samples, seen.jacobian, problem.model, pose)[:, :3]
-        rounded = motion_of_roundness(problem.model, pose, seen)
-        courses = courses_of(problem, seen, np.hstack([strains @ AXES_OF_BETWEEN, rounded]))
-        if not len(courses.share):
+        last = one_round(best, pose)
+        if last is None:
             return None
-        range_m = float(np.linalg.norm(pose.translation))
-        prior = np.r_[prior_precision(range_m, best.solution.tone_sd_px), BLUR_PRECISION]
-        courses, step, spread = _fitted(courses, prior)
-        pose = moved(pose, step[:6], seen.centre)
-        if not np.isfinite(step).all() or not pose.apply(problem.model.vertices)[:, 2].max() > 0:
-            return None
-        covariance = about_camera(spread[:6, :6], seen.centre)
+        pose = last.pose
+    assert last is not None
+    _, seen, courses, prior, step, spread = last
     support = support_at(problem, pose, best.spacing_px)
-    if support is None or covariance is None:
+    if support is None:
         return None
     best = replace(best, solution=replace(best.solution, pose=pose), support=support)
     visible = np.asarray(np.bincount(seen.samples.line, seen.samples.px), np.float64)
     judged = step if _stretch(step) <= SAME_PART_STRETCH else agreed(courses, prior, SAME_PART_STRETCH)[0]
     squares = _squares(courses, judged)
     scatter = scatter_of(squares, courses.share)
-    covariance = covariance * as_seen(scatter, courses)
-    best = replace(best, solution=replace(best.solution, pose=_of_true_axes(pose, problem.model, step)))
+    covariance = about_camera(spread[:6, :6], seen.centre) * as_seen(scatter, courses)
+    best = replace(best, solution=replace(best.solution, pose=of_true_axes(pose, problem.model, step)))
     return Settled(best, covariance, LineAgreement(_agreeing(courses, squares, visible), scatter))
 
 
@@ -107,7 +139,7 @@ def _fitted(courses: Courses, prior: Floats) -> tuple[Courses, Floats, Floats]:
     return courses, step, spread
 
 
-def _of_true_axes(pose: Pose, model: Model, step: Floats) -> Pose:
+def of_true_axes(pose: Pose, model: Model, step: Floats) -> Pose:
     """The pose at the range at which most axes of a stretched part are as the model has them.
 
     A scale of all axes is the same as another range. In ``step`` the scales have a mean of none, by which all

@@ -42,6 +42,9 @@ class Coefficients(NamedTuple):
     # Of the share of the visible length that is missing over MOSTLY_MISSING: an arm hides half of a part now
     # and then, a wrong model misses as much more often. By hand.
     mostly_missing: float = -10.0
+    # Of how far from the pose its last step ends from beside it, over FAR_ASTRAY. By hand: 1653 drawn estimates
+    # are the likelier the larger it is, up to 8 at least; as many right ones are trusted as without, but for one.
+    astray: float = -6.0
 
 
 FITTED = Coefficients()
@@ -49,6 +52,7 @@ FITTED = Coefficients()
 MOST_CONFIRMED, MOST_OF_ALL = 63.0, 255.0
 SOME_MISSING, MOSTLY_MISSING = 0.1, 0.45  # shares of the visible length that are missing
 AGREEMENT_ROOM, SCATTER_ROOM = 0.05, 0.02  # that keep the logarithms of agreement finite
+FAR_ASTRAY = 0.3  # in what makes a pose wrong; of 742 right poses that are trusted five have more (by hand)
 CLEAR_GAIN = 0.3  # of a stretched model, log2 of the quality's ratio
 USUAL_STRETCH_CHI2 = 4.0  # squared stretch that true models hardly exceed
 # Ambiguity from which on lines that agree say nothing for a pose: its rival shares them. By hand.
@@ -120,10 +124,15 @@ class Misfit:
 
 
 class LineAgreement(NamedTuple):
-    """How well the lines of a pose agree on it, see `settling.Settled`: share of the length, and scatter."""
+    """How well the lines of a pose agree on it: share of the length, and scatter, see `settling.Settled`.
+
+    ``astray`` is how far from it its last step ends from beside it, see `restarts`; None where that was not
+    looked at.
+    """
 
     share: float
     scatter: float
+    astray: float | None = None
 
 
 def quality(support: PoseSupport) -> float:
@@ -207,6 +216,8 @@ def _settled(support: PoseSupport, doubt: Misfit | None, agreement: LineAgreemen
         + by.log_scatter * math.log(agreement.scatter + SCATTER_ROOM)
         + by.mostly_missing * max(0.0, support.missing - MOSTLY_MISSING)
     )
+    if agreement.astray is not None:
+        logit += by.astray * max(0.0, agreement.astray - FAR_ASTRAY)
     return logit + (0.0 if doubt is None else _of_other_models(doubt, by.log2_stretch, by))
 
 

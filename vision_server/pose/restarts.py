@@ -1,0 +1,67 @@
+"""Whether the last step comes back to a pose that was left: a multi-start in what the lines hold least.
+
+A pose that is right is mostly the only one near by at which lines and edges agree. One that lies on the wrong
+edges is held by less than it seems: a degree beside it lines lie on others, and agree there as well. How well
+the lines fit where they are tells nothing of that; where the last step ends from beside the pose does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from geometry.pose import RIGHT, Pose
+from geometry.symmetries import Symmetry
+from vision_server.pose.alternatives import turned_towards, without_free_turn
+from vision_server.pose.covariance import about_camera
+from vision_server.pose.settling import SETTLING_ROUNDS, Settled, of_true_axes, one_round
+from vision_server.pose.steps import moved, step_jacobian, turning_point
+
+RESTARTED_MOTIONS = 2  # of six, those that the lines hold least, to either side
+# By so many times what makes a pose wrong; by less where that moves a line farther, so that the last step may
+# still find its edges. On frames of 640 px it is 3 to 9 px.
+LEFT_BY, MOST_LEFT_BY_PX = 2.0, 9.0
+MOST_ASTRAY = 3.0  # of one start, in the same unit; one that ends nowhere counts as much
+
+
+def astray(last: Settled, symmetry: Symmetry) -> float:
+    """How far from a pose its last step ends, from beside it, in the mean; 1 is 1 degree or 1 % of the range.
+
+    Parameters
+    ----------
+    last
+        The pose, after the last step.
+    symmetry
+        Of the target: a turn about its free axis is none.
+    """
+    return float(np.mean([_end(last, start, symmetry) for start in starts(last, symmetry)]))
+
+
+def starts(last: Settled, symmetry: Symmetry) -> list[Pose]:
+    """Poses beside one, to either side of it in what its lines hold least."""
+    pose, problem, samples = last.best.pose, last.best.problem, last.best.support.samples
+    centre = turning_point(problem.model, pose)
+    limits = np.r_[np.full(3, np.radians(RIGHT[0])), np.full(3, RIGHT[1] * np.linalg.norm(pose.translation))]
+    covariance = about_camera(without_free_turn(last.covariance, pose, symmetry), -centre)  # undone
+    _, motions = np.linalg.eigh(covariance / np.outer(limits, limits))
+    jacobian = step_jacobian(problem.camera, pose.apply(samples.points), samples.normal, centre)
+    out = []
+    for motion in motions.T[::-1][:RESTARTED_MOTIONS]:
+        step = LEFT_BY * limits * motion
+        step *= min(1.0, MOST_LEFT_BY_PX / max(float(np.abs(jacobian @ step).max()), 1e-9))
+        out += [moved(pose, -step, centre), moved(pose, step, centre)]
+    return out
+
+
+def _end(last: Settled, start: Pose, symmetry: Symmetry) -> float:
+    """How far from the pose, as `astray`, the last step ends from a start."""
+    pose, end, step = last.best.pose, start, np.zeros(0)
+    for _ in range(SETTLING_ROUNDS):
+        look = one_round(last.best, end)
+        if look is None:
+            return MOST_ASTRAY
+        end, step = look.pose, look.step
+    end = of_true_axes(end, last.best.problem.model, step)
+    if symmetry.free_axis is not None:
+        end = turned_towards(end, pose, symmetry)
+    off = end.error_to(pose)
+    return min(MOST_ASTRAY, max(off.rotation_deg / RIGHT[0], off.translation_fraction_of_range / RIGHT[1]))
