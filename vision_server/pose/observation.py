@@ -31,6 +31,7 @@ from vision_server.pose.curved_edges import drawn_in
 from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints, search
 from vision_server.pose.hough import choose, vote
 from vision_server.pose.outline_shading import inside_of, way_back
+from vision_server.pose.roundings import slack_px
 from vision_server.pose.sampling import places_on_lines
 from vision_server.pose.steps import step_jacobian, turning_point
 
@@ -119,6 +120,8 @@ class Observation(NamedTuple):
         back by, px, signed; see `blending`.
     tolerance
         (N,), how far the part's line may be off the model's, px.
+    slack
+        (N,), how far from the middle of a rounded crease its edge may be, px; 0 of other lines.
     inside
         (N,), on which side of an outline its surface is, see `inside_of`.
     """
@@ -135,6 +138,7 @@ class Observation(NamedTuple):
     nuisance: Floats
     neighbours: Floats
     tolerance: Floats
+    slack: Floats
     inside: Floats
 
 
@@ -158,10 +162,12 @@ def observe(
     sigma = SIGMAS[problem.scale]
     widest = sigma.max(axis=0) if len(channels) else np.ones(lines)
     reach, width = np.maximum(reach_px, REACH_OVER_SOFTNESS * widest), VOTE_WIDTH_PX * np.sqrt(widest)
-    normals = Normals(samples.image, samples.normal, reach[samples.line])
+    slack = slack_px(model, camera, pose, samples)
+    around = np.maximum(reach[samples.line], np.where(slack > 0.0, slack + width[samples.line], 0.0))
+    normals = Normals(samples.image, samples.normal, around)
     points = search(channels, np.take(filters, samples.line, axis=1), normals)
     associate(samples, lines, points.offset)
-    farthest = float(reach.max(initial=reach_px))
+    farthest = float(normals.reach_px.max(initial=reach_px))
     shift = vote(samples.line, along, points.offset, _quality(points.snr), lines, farthest, width)
     chosen = choose(samples.line, along, points.offset, shift, width)
     shape, inside = chosen.shape, inside_of(model, camera, pose, samples)
@@ -188,7 +194,10 @@ def observe(
         strength=found.strength,
         nuisance=found.nuisance,
         neighbours=neighbours,
-        tolerance=problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1),
+        tolerance=np.hypot(
+            problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1), slack / math.sqrt(3.0)
+        ),
+        slack=slack,
         inside=inside,
     )
 

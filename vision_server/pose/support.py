@@ -85,6 +85,8 @@ class PoseSupport:
         (C, N), whether a channel's edge point supports the sample.
     trust
         (C, L), see `line_trust`.
+    slack
+        (N,) px, see `Observation`.
     """
 
     rms_px: float
@@ -96,6 +98,7 @@ class PoseSupport:
     distance: Floats
     supports: Flags
     trust: Floats
+    slack: Floats
 
     @cached_property
     def by_line(self) -> tuple[Floats, Floats]:
@@ -126,6 +129,7 @@ class PoseSupport:
         """Of each visible line, nats: log likelihood of its support if it is there over that by chance."""
         told = self._told
         chance = np.clip(2.0 * SUPPORT_PX / told.gap, BY_CHANCE, SEEN)
+        chance = np.minimum(1.0 - (1.0 - chance) ** (1.0 + self.slack / SUPPORT_PX), SEEN)
         nats = np.where(told.seen, np.log(SEEN / chance), np.log((1.0 - SEEN) / (1.0 - chance)))
         visible = self._visible
         there = visible > 0
@@ -208,7 +212,7 @@ def support_of(seen: Observation, names: Sequence[str]) -> PoseSupport:
     """The support that an observation speaks of; ``names`` of its channels."""
     line, px = seen.samples.line, seen.samples.px
     trust = line_trust(seen)
-    near = np.abs(seen.offset)
+    near = np.maximum(np.abs(seen.offset) - seen.slack, 0.0)
     usable = np.isfinite(near) & (trust[:, line] >= LEAST_TRUST)
     near = np.where(usable, np.minimum(near, CAP_PX), CAP_PX)
     distance = near.min(axis=0)
@@ -226,4 +230,5 @@ def support_of(seen: Observation, names: Sequence[str]) -> PoseSupport:
         distance=distance,
         supports=supports,
         trust=trust,
+        slack=seen.slack,
     )

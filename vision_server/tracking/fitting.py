@@ -156,6 +156,8 @@ def fitted(
         lines = _wider(lines, beside_px2)
     if len(lines.value) < LEAST_LINES:
         return None
+    # the radius that is solved for is the whole one, from where sharp edges would be
+    lines = lines._replace(value=lines.value + problem.model.edge_radius_m * lines.rows[:, :, RADIUS])
     range_m = float(np.linalg.norm(start.translation))
     prior = np.append(prior_precision(range_m, problem.tone_sd_px), habits.radius_sd_m**-2.0)
     rows = repetition(problem.model)[lines.line]

@@ -17,7 +17,7 @@ from vision_server.pose.refinement import PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATI
 from vision_server.pose.steps import moved, step_jacobian, turning_point
 from vision_server.tracking.beside import PRINT_REACH_PX, Beside
 from vision_server.tracking.fitting import FIT_ITERATIONS, TAIL
-from vision_server.tracking.lines import outward_of
+from vision_server.pose.roundings import outward_of
 
 OUTSIDE_PX = 1.5  # outside of a line, from where on an edge is another one than the line's (by hand)
 # By hand. It runs along a parallel to the line, where at least this share of the line's samples have an edge

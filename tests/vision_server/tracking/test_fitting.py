@@ -18,7 +18,8 @@ from vision_server.pose.observation import observe
 from vision_server.tracking import fitting
 from vision_server.tracking.fitting import Habits, fitted, none_or_rounded, rounded_odds, solved
 from vision_server.tracking.frame import Tone, Window, problem_of
-from vision_server.tracking.lines import LineFits, line_fits, outward_of, rounding_shifts
+from vision_server.pose.roundings import outward_of
+from vision_server.tracking.lines import LineFits, line_fits, rounding_shifts
 
 TONE = Tone.of(1.0, 0.01)
 SPACING_PX = 2.0

@@ -17,7 +17,7 @@ from vision_server.tracking.beside import beside
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Sight
 from vision_server.tracking.frame import Tone
-from vision_server.tracking.lines import outward_of
+from vision_server.pose.roundings import outward_of
 from vision_server.tracking.outermost import outer_edges, outermost
 
 
