@@ -31,7 +31,7 @@ from vision_server.pose.curved_edges import drawn_in
 from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints, search
 from vision_server.pose.hough import choose, vote
 from vision_server.pose.outline_shading import inside_of, way_back
-from vision_server.pose.roundings import slack_px
+from vision_server.pose.roundings import onto_roundings, slack_px
 from vision_server.pose.sampling import places_on_lines
 from vision_server.pose.steps import step_jacobian, turning_point
 
@@ -46,6 +46,7 @@ SIGMAS = np.array(SCALES_PX)
 REACH_OVER_SOFTNESS = 1.5  # an edge is looked for at least this many times its softness to either side
 GAP_SPACINGS = 2.0  # samples that are farther apart than this many spacings are no neighbours
 MOST_STEP_RATIO = 2.0  # height of a step over the mean of its two sides: that of a step from black
+START_SD_SHARE = 1.0 / 3.0  # of the reach: how far a line may be from its place, one sd
 LEAST_LEVEL_GREY = 2.0  # of that mean, under which the ratio is noise
 
 
@@ -119,9 +120,9 @@ class Observation(NamedTuple):
         (C, N), how far lines beside this one may have moved its edge besides what the offset has been moved
         back by, px, signed; see `blending`.
     tolerance
-        (N,), how far the part's line may be off the model's, px.
+        (N,), how far the part's line may be off the model's, px; of a rounded crease, its edge off ``offset``.
     slack
-        (N,), how far from the middle of a rounded crease its edge may be, px; 0 of other lines.
+        (N,), half the width of a rounded crease, px, see `roundings.slack_px`; 0 of other lines.
     inside
         (N,), on which side of an outline its surface is, see `inside_of`.
     """
@@ -182,6 +183,10 @@ def observe(
         seen = Edges(offset, found.sd, found.strength)
         by, neighbours = blended(samples, sigma, _blur(channels, sigma, SIGMAS[filters]), seen)
         offset = offset - by
+    tolerance = problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1)
+    if slack.any():
+        unsure = onto_roundings(samples.line, offset, slack, START_SD_SHARE * reach_px)
+        tolerance = np.hypot(tolerance, unsure)
     return Observation(
         samples=samples,
         along=along,
@@ -194,9 +199,7 @@ def observe(
         strength=found.strength,
         nuisance=found.nuisance,
         neighbours=neighbours,
-        tolerance=np.hypot(
-            problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1), slack / math.sqrt(3.0)
-        ),
+        tolerance=tolerance,
         slack=slack,
         inside=inside,
     )

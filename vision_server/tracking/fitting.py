@@ -57,6 +57,7 @@ FIRST_OFF_PX, FIRST_SEEN_LINES = 0.2, 4.0  # what a new target's lines are off, 
 LEAST_FREE = 0.2  # of a residual's variance, the share that the fit is taken to leave at least
 COMMON_SHARE = 0.7  # of off^2, what the lines of a row (`repeated`) share: of a film of slots 0.66
 LEAST_LINES = 4  # that hold a pose and tell what lines are off: a pose takes three
+TURN_SHARE = 0.15  # of its half width, what an edge on a rounding is turned by, one sd
 FARTHEST_SIGMAS = 30.0  # beyond these, a normal's tail has no number
 WIDER_BY = 25.0  # a covariance is wider by this over the numbers that its variance is from, and one
 
@@ -156,6 +157,8 @@ def fitted(
         lines = _wider(lines, beside_px2)
     if len(lines.value) < LEAST_LINES:
         return None
+    if problem.model.edge_radius_m > 0.0:
+        lines = _on_roundings(lines, seen)
     # the radius that is solved for is the whole one, from where sharp edges would be
     lines = lines._replace(value=lines.value + problem.model.edge_radius_m * lines.rows[:, :, RADIUS])
     range_m = float(np.linalg.norm(start.translation))
@@ -180,6 +183,18 @@ def fitted(
 
 def _wider(lines: LineFits, more_px2: Floats) -> LineFits:
     return lines._replace(variance=lines.variance + more_px2[lines.line][:, None])
+
+
+def _on_roundings(lines: LineFits, seen: Observation) -> LineFits:
+    """With what is not known of edges on roundings of a known radius, which are moved by what is."""
+    line, count = seen.samples.line, seen.sigma.shape[1]
+    samples = np.maximum(np.bincount(line, minlength=count), 1)
+    place, turn = (
+        (np.bincount(line, px, count) / samples)[lines.line] ** 2
+        for px in (seen.tolerance, TURN_SHARE * seen.slack)
+    )
+    more = np.stack([place, turn], axis=1)
+    return lines._replace(variance=lines.variance + more, slack=np.zeros(len(lines.slack)))
 
 
 @kernel()
