@@ -34,7 +34,15 @@ from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.refinement import FEWEST_EDGE_POINTS, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
-from vision_server.tracking.lines import LINE_UNKNOWNS, RADIUS, LineFits, line_fits, rounding_shifts, united
+from vision_server.tracking.lines import (
+    LINE_UNKNOWNS,
+    RADIUS,
+    LineFits,
+    line_fits,
+    on_roundings,
+    rounding_shifts,
+    united,
+)
 from vision_server.tracking.motion import about
 from vision_server.tracking.repeated import offsets_of, repetition, sums_of_rows
 
@@ -57,9 +65,14 @@ FIRST_OFF_PX, FIRST_SEEN_LINES = 0.2, 4.0  # what a new target's lines are off, 
 LEAST_FREE = 0.2  # of a residual's variance, the share that the fit is taken to leave at least
 COMMON_SHARE = 0.7  # of off^2, what the lines of a row (`repeated`) share: of a film of slots 0.66
 LEAST_LINES = 4  # that hold a pose and tell what lines are off: a pose takes three
-TURN_SHARE = 0.15  # of its half width, what an edge on a rounding is turned by, one sd
 FARTHEST_SIGMAS = 30.0  # beyond these, a normal's tail has no number
 WIDER_BY = 25.0  # a covariance is wider by this over the numbers that its variance is from, and one
+
+
+def shorter_length(model: Model) -> float:
+    """Length of the model's shorter lines, m."""
+    lengths = np.linalg.norm(np.diff(model.vertices[model.lines], axis=1)[:, 0], axis=1)
+    return float(np.percentile(lengths, SHORTER_PERCENTILE))
 
 
 class Habits(NamedTuple):
@@ -81,8 +94,7 @@ class Habits(NamedTuple):
     @classmethod
     def of(cls, model: Model, edge_radius_m: float | None = None) -> Habits:
         """Of a target that was not seen yet; ``edge_radius_m`` of its edges where that is known."""
-        lengths = np.linalg.norm(np.diff(model.vertices[model.lines], axis=1)[:, 0], axis=1)
-        shorter_m = float(np.percentile(lengths, SHORTER_PERCENTILE))
+        shorter_m = shorter_length(model)
         if edge_radius_m is not None:
             known_sd_m = max(KNOWN_RADIUS_SD_SHARE * edge_radius_m, LEAST_RADIUS_SD_SHARE * shorter_m)
             return cls(FIRST_OFF_PX**2, FIRST_SEEN_LINES, edge_radius_m, known_sd_m, 0.0)
@@ -158,7 +170,7 @@ def fitted(
     if len(lines.value) < LEAST_LINES:
         return None
     if problem.model.edge_radius_m > 0.0:
-        lines = _on_roundings(lines, seen)
+        lines = on_roundings(lines, seen)
     # the radius that is solved for is the whole one, from where sharp edges would be
     lines = lines._replace(value=lines.value + problem.model.edge_radius_m * lines.rows[:, :, RADIUS])
     range_m = float(np.linalg.norm(start.translation))
@@ -183,18 +195,6 @@ def fitted(
 
 def _wider(lines: LineFits, more_px2: Floats) -> LineFits:
     return lines._replace(variance=lines.variance + more_px2[lines.line][:, None])
-
-
-def _on_roundings(lines: LineFits, seen: Observation) -> LineFits:
-    """With what is not known of edges on roundings of a known radius, which are moved by what is."""
-    line, count = seen.samples.line, seen.sigma.shape[1]
-    samples = np.maximum(np.bincount(line, minlength=count), 1)
-    place, turn = (
-        (np.bincount(line, px, count) / samples)[lines.line] ** 2
-        for px in (seen.tolerance, TURN_SHARE * seen.slack)
-    )
-    more = np.stack([place, turn], axis=1)
-    return lines._replace(variance=lines.variance + more, slack=np.zeros(len(lines.slack)))
 
 
 @kernel()

@@ -26,6 +26,7 @@ LINE_ITERATIONS = 5  # times that a straight line is fitted to them, reweighted 
 # The turn is seen where the variance of the edge points' places on the line, from -1 to 1, is at least this;
 # of evenly spread ones it is 1/3.
 LEAST_PLACE_VARIANCE = 0.05
+TURN_SHARE = 0.15  # of its half width, what an edge on a rounding is turned by, one sd
 LEAST_LINE_VARIANCE_PX2 = 1e-6  # of a line in one channel, so that its precision is finite
 
 
@@ -145,3 +146,15 @@ def rounding_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tupl
     """Shift and slack of each sample, (N,), px per metre of radius, see `pose.roundings`."""
     shift, slack = roundings(problem.model, problem.camera, pose, seen.samples)
     return shift, slack
+
+
+def on_roundings(lines: LineFits, seen: Observation) -> LineFits:
+    """With what is not known of edges on roundings of a known radius, which are moved by what is."""
+    line, count = seen.samples.line, seen.sigma.shape[1]
+    samples = np.maximum(np.bincount(line, minlength=count), 1)
+    place, turn = (
+        (np.bincount(line, px, count) / samples)[lines.line] ** 2
+        for px in (seen.tolerance, TURN_SHARE * seen.slack)
+    )
+    more = np.stack([place, turn], axis=1)
+    return lines._replace(variance=lines.variance + more, slack=np.zeros(len(lines.slack)))
