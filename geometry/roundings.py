@@ -45,9 +45,7 @@ def shifts_of(model: Model, rotation: Floats, line: Ints, points: Floats, along:
     if not model.faces:
         return np.zeros(points.shape)
     normals, faces = model.face_normals @ rotation.T, model.line_faces[line]
-    return _shifts(
-        normals[faces[:, 0]], normals[faces[:, 1]], sharp_and_convex(model)[line], points, along
-    )
+    return _shifts(normals[faces[:, 0]], normals[faces[:, 1]], sharp_and_convex(model)[line], points, along)
 
 
 @kernel()

@@ -120,7 +120,7 @@ class Observation(NamedTuple):
         (C, N), how far lines beside this one may have moved its edge besides what the offset has been moved
         back by, px, signed; see `blending`.
     tolerance
-        (N,), how far the part's line may be off the model's, px; of a rounded crease, its edge off ``offset``.
+        (N,), how far the part's line may be off the model's, or a rounded crease's edge off its place, px.
     slack
         (N,), half the width of a rounded crease, px, see `roundings.slack_px`; 0 of other lines.
     inside

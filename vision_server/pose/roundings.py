@@ -1,4 +1,4 @@
-"""How rounded edges change what is looked for along a model's lines, and on which side of them a target ends."""
+"""What rounded edges change along a model's lines, and on which side of these a target ends."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def slack_px(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Floa
     """How far from where samples are, to either side, the rounding of a crease is, (N,) px."""
     if model.edge_radius_m <= 0.0:
         return np.zeros(len(samples.line))
-    return model.edge_radius_m * roundings(model, camera, pose, samples)[1]
+    return np.asarray(model.edge_radius_m * roundings(model, camera, pose, samples)[1])
 
 
 @kernel()
 def onto_roundings(line: Ints, offset: Floats, slack: Floats, start_sd_px: float) -> Floats:
-    """Move the edges of rounded creases by where on the rounding they seem to be, and say how surely, (N,) px.
+    """Move edges of rounded creases by where on the rounding they seem to be, and say how surely, (N,) px.
 
     That is one of its ends or its middle: of a mixture of three normals the mean, and what it leaves open.
 

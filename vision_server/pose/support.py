@@ -240,7 +240,7 @@ def support_of(seen: Observation, names: Sequence[str]) -> PoseSupport:
 
 @kernel()
 def _from_own_edge(seen: Observation) -> Floats:
-    """Offsets (C, N), of lines on rounded creases from their edge: the median, no farther than the rounding."""
+    """Offsets (C, N), of rounded creases from an edge of their own: the median, not beyond the rounding."""
     out, line = seen.offset.copy(), seen.samples.line
     start = 0
     while start < len(line):

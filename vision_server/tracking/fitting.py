@@ -41,6 +41,7 @@ from vision_server.tracking.lines import (
     line_fits,
     on_roundings,
     rounding_shifts,
+    shorter_length,
     united,
 )
 from vision_server.tracking.motion import about
@@ -52,9 +53,9 @@ Information = tuple[float, float]
 TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off (by hand)
 FIT_ITERATIONS = 8  # of reweighting (by hand)
 # The priors of the radius were chosen by hand, on printed boxes (whose radii are 1 to 4 % of the shortest
-# side) and on exact models (which have none). It is measured in lengths of the shorter lines, which are those
-# at this percentile; that of rounded edges is half of a normal of this sd.
-SHORTER_PERCENTILE, ROUNDING_SD_SHARE = 25.0, 0.02
+# side) and on exact models (which have none). It is measured in lengths of the shorter lines; that of
+# rounded edges is half of a normal of this sd.
+ROUNDING_SD_SHARE = 0.02
 KNOWN_RADIUS_SD_SHARE, LEAST_RADIUS_SD_SHARE = 0.1, 1e-4  # sd of a radius that is given: of it, and at least
 # Rounded edges are as likely as sharp ones where lines are off by this; the odds grow with that power of it.
 EVEN_ODDS_OFF_PX, ROUNDED_ODDS_POWER = 0.09, 6.0
@@ -67,12 +68,6 @@ COMMON_SHARE = 0.7  # of off^2, what the lines of a row (`repeated`) share: of a
 LEAST_LINES = 4  # that hold a pose and tell what lines are off: a pose takes three
 FARTHEST_SIGMAS = 30.0  # beyond these, a normal's tail has no number
 WIDER_BY = 25.0  # a covariance is wider by this over the numbers that its variance is from, and one
-
-
-def shorter_length(model: Model) -> float:
-    """Length of the model's shorter lines, m."""
-    lengths = np.linalg.norm(np.diff(model.vertices[model.lines], axis=1)[:, 0], axis=1)
-    return float(np.percentile(lengths, SHORTER_PERCENTILE))
 
 
 class Habits(NamedTuple):
@@ -163,18 +158,16 @@ def fitted(
     if int((base > 0.0).sum()) < FEWEST_EDGE_POINTS:
         return None
     lines = line_fits(seen, base, *rounding_shifts(problem, start, seen))
-    if len(problem.channels) > 1:
-        lines = united(lines)
-    if beside_px2 is not None:
-        lines = _wider(lines, beside_px2)
+    lines = united(lines) if len(problem.channels) > 1 else lines
+    lines = lines if beside_px2 is None else _wider(lines, beside_px2)
     if len(lines.value) < LEAST_LINES:
         return None
     if problem.model.edge_radius_m > 0.0:
         lines = on_roundings(lines, seen)
-    # the radius that is solved for is the whole one, from where sharp edges would be
-    lines = lines._replace(value=lines.value + problem.model.edge_radius_m * lines.rows[:, :, RADIUS])
-    range_m = float(np.linalg.norm(start.translation))
-    prior = np.append(prior_precision(range_m, problem.tone_sd_px), habits.radius_sd_m**-2.0)
+    whole = problem.model.edge_radius_m * lines.rows[:, :, RADIUS]  # from where sharp edges would be
+    lines = lines._replace(value=lines.value + whole)
+    known = prior_precision(float(np.linalg.norm(start.translation)), problem.tone_sd_px)
+    prior = np.append(known, habits.radius_sd_m**-2.0)
     rows = repetition(problem.model)[lines.line]
     step, covariance, off_px2, radius_information = solved(lines, prior, habits, rows)
     if not np.isfinite(step).all():

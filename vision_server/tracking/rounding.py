@@ -1,7 +1,7 @@
 """Whether a target whose edges' radius nobody told has rounded ones, by what frames show of both.
 
-Along the lines of a sharp model little is seen of rounded edges, or print inside of them. By how much they are
-rounded, frames hardly tell: a smaller radius farther away shows nearly the same. So one radius is tried,
+Along the lines of a sharp model little is seen of rounded edges, or print inside of them. By how much they
+are rounded, frames hardly tell: a smaller radius farther away shows nearly the same. So one radius is tried,
 known to a half, and a pose on it is as exact as that allows.
 """
 
@@ -12,12 +12,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from geometry.model import Model
 from geometry.pose import Pose
 from geometry.roundings import sharp_and_convex
 from vision_server.channels.depth import Pixels
-from vision_server.tracking.fitting import Habits, shorter_length
+from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
+from vision_server.tracking.lines import shorter_length
 
 # By hand, by three ray-traced films of boxes with roundings of 3.5 to 8 % of their shorter sides: anything
 # from 3 % on is right in eight of ten looks or more, where sharp edges are in half.

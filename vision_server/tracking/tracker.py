@@ -131,7 +131,7 @@ class Tracker:
         if self._motion is not None:
             self._motion = self._motion.after(seconds)
             found = self._followed(pixels, self._motion)
-        if self._rounding.is_open and not (found and self._is_believed(found, self._innovation(found))):
+        if self._rounding.is_open and self._history.is_doubtful:
             found = self._perhaps_rounded(pixels, found)
         if found is not None:
             held = found.belief(0.0) >= acceptance.HELD
@@ -142,7 +142,9 @@ class Tracker:
         return self._searched(pixels, found if held else None)
 
     def _perhaps_rounded(self, pixels: Pixels, found: Found | None) -> Found | None:
-        """What is followed, of rounded edges from where frames show these."""
+        """What is followed; of rounded edges where this frame, not believed, is one more that shows them."""
+        if found is not None and self._is_believed(found, self._innovation(found)):
+            return found
         last = self._history.last
         around = [last] if isinstance(last, Pose) else []
         if not self._rounding.is_shown(pixels, found, around, self._habits):
