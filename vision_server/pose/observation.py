@@ -46,7 +46,7 @@ SIGMAS = np.array(SCALES_PX)
 REACH_OVER_SOFTNESS = 1.5  # an edge is looked for at least this many times its softness to either side
 GAP_SPACINGS = 2.0  # samples that are farther apart than this many spacings are no neighbours
 MOST_STEP_RATIO = 2.0  # height of a step over the mean of its two sides: that of a step from black
-START_SD_SHARE = 1.0 / 3.0  # of the reach: how far a line may be from its place, one sd
+START_SHARE = 1.0 / 3.0  # of the reach: how far a line may be from its place, one sd
 LEAST_LEVEL_GREY = 2.0  # of that mean, under which the ratio is noise
 
 
@@ -185,8 +185,7 @@ def observe(
         offset = offset - by
     tolerance = problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1)
     if slack.any():
-        unsure = onto_roundings(samples.line, offset, slack, START_SD_SHARE * reach_px)
-        tolerance = np.hypot(tolerance, unsure)
+        tolerance = np.hypot(tolerance, onto_roundings(samples.line, offset, slack, START_SHARE * reach_px))
     return Observation(
         samples=samples,
         along=along,
