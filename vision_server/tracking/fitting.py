@@ -41,7 +41,6 @@ from vision_server.tracking.lines import (
     line_fits,
     on_roundings,
     rounding_shifts,
-    shorter_length,
     united,
 )
 from vision_server.tracking.motion import about
@@ -53,9 +52,9 @@ Information = tuple[float, float]
 TAIL = 4.0  # degrees of freedom of Student's t, by which lines are off (by hand)
 FIT_ITERATIONS = 8  # of reweighting (by hand)
 # The priors of the radius were chosen by hand, on printed boxes (whose radii are 1 to 4 % of the shortest
-# side) and on exact models (which have none). It is measured in lengths of the shorter lines; that of
-# rounded edges is half of a normal of this sd.
-ROUNDING_SD_SHARE = 0.02
+# side) and on exact models (which have none). It is measured in lengths of the shorter lines, which are those
+# at this percentile; that of rounded edges is half of a normal of this sd.
+SHORTER_PERCENTILE, ROUNDING_SD_SHARE = 25.0, 0.02
 KNOWN_RADIUS_SD_SHARE, LEAST_RADIUS_SD_SHARE = 0.1, 1e-4  # sd of a radius that is given: of it, and at least
 # Rounded edges are as likely as sharp ones where lines are off by this; the odds grow with that power of it.
 EVEN_ODDS_OFF_PX, ROUNDED_ODDS_POWER = 0.09, 6.0
@@ -89,7 +88,8 @@ class Habits(NamedTuple):
     @classmethod
     def of(cls, model: Model, edge_radius_m: float | None = None) -> Habits:
         """Of a target that was not seen yet; ``edge_radius_m`` of its edges where that is known."""
-        shorter_m = shorter_length(model)
+        lengths = np.linalg.norm(np.diff(model.vertices[model.lines], axis=1)[:, 0], axis=1)
+        shorter_m = float(np.percentile(lengths, SHORTER_PERCENTILE))
         if edge_radius_m is not None:
             known_sd_m = max(KNOWN_RADIUS_SD_SHARE * edge_radius_m, LEAST_RADIUS_SD_SHARE * shorter_m)
             return cls(FIRST_OFF_PX**2, FIRST_SEEN_LINES, edge_radius_m, known_sd_m, 0.0)

@@ -34,11 +34,6 @@ class History:
         self.doubted = 0 if believed else self.doubted + 1
         self.trusted = pose if believed else self.trusted
 
-    @property
-    def is_doubtful(self) -> bool:
-        """Whether the last frame had no pose, or one that was not believed."""
-        return self.lost > 0 or (self.met and not self.believed)
-
     def missed(self) -> None:
         """The frame has no pose."""
         self.lost, self.believed = self.lost + 1, False

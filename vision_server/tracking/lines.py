@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
@@ -27,7 +26,6 @@ LINE_ITERATIONS = 5  # times that a straight line is fitted to them, reweighted 
 # The turn is seen where the variance of the edge points' places on the line, from -1 to 1, is at least this;
 # of evenly spread ones it is 1/3.
 LEAST_PLACE_VARIANCE = 0.05
-SHORTER_PERCENTILE = 25.0  # of a model's lines, by length: its shorter ones are these
 TURN_SHARE = 0.15  # of its half width, what an edge on a rounding is turned by, one sd
 LEAST_LINE_VARIANCE_PX2 = 1e-6  # of a line in one channel, so that its precision is finite
 
@@ -160,9 +158,3 @@ def on_roundings(lines: LineFits, seen: Observation) -> LineFits:
     )
     more = np.stack([place, turn], axis=1)
     return lines._replace(variance=lines.variance + more, slack=np.zeros(len(lines.slack)))
-
-
-def shorter_length(model: Model) -> float:
-    """Length of the model's shorter lines, m."""
-    lengths = np.linalg.norm(np.diff(model.vertices[model.lines], axis=1)[:, 0], axis=1)
-    return float(np.percentile(lengths, SHORTER_PERCENTILE))

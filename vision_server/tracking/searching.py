@@ -42,13 +42,12 @@ class Searches:
     """For one target, from frame to frame; what they find and think of it is kept in its history."""
 
     def __init__(self, sight: Sight, settings: PipelineSettings, history: History, usual: Usual) -> None:
-        self.sight = sight  # another one where edges turn out to be rounded
-        self._settings, self._history, self._usual = settings, history, usual
+        self._sight, self._settings, self._history, self._usual = sight, settings, history, usual
 
     def estimate(self, pixels: Pixels) -> Estimate:
         """What is found in a frame, whose edges are found once for all searches of it."""
-        history, images = self._history, ImageSet(self.sight.camera.width, self.sight.camera.height)
-        images.add(FRAME_NAME, pixels, 1.0, self.sight.tone.gamma)
+        history, images = self._history, ImageSet(self._sight.camera.width, self._sight.camera.height)
+        images.add(FRAME_NAME, pixels, 1.0, self._sight.tone.gamma)
         found = self._around(images, history.trusted if history.lost % 2 else history.last)
         believed = found.score >= SURE and self._is_like_before(found)
         history.vain = 0 if believed else history.vain + 1
@@ -66,7 +65,7 @@ class Searches:
         history, belief = self._history, found_belief(estimate, found)
         if estimate.pose is None or belief < HELD:
             return False
-        if is_elsewhere(estimate.pose, history.last, self.sight.model):
+        if is_elsewhere(estimate.pose, history.last, self._sight.model):
             history.against = 0
         like = self._is_like_before(estimate)
         if belief * (1.0 + estimate.ambiguity) >= SURE * (1.0 + unasked) and like:
@@ -89,7 +88,7 @@ class Searches:
         settings = replace(
             self._settings,
             rotation_range_deg=times * SEARCH_ROTATION_DEG,
-            translation_range_px=times * search_translation_px(self.sight.camera.width),
+            translation_range_px=times * search_translation_px(self._sight.camera.width),
         )
         return self._found(images, start, settings)
 
@@ -100,7 +99,7 @@ class Searches:
         """
         if isinstance(last, Anywhere):
             return self._found(images, last, self._settings)
-        range_m = float(np.linalg.norm(last.apply(self.sight.model.middle[None])[0]))
+        range_m = float(np.linalg.norm(last.apply(self._sight.model.middle[None])[0]))
         seen = self._found(images, Anywhere((range_m / FARTHER, range_m * FARTHER)), self._settings)
         alike = [one.pose for one in seen.poses] or ([] if seen.pose is None else [seen.pose])
         if not alike:
@@ -109,4 +108,4 @@ class Searches:
         return self._found(images, nearest, self._settings)
 
     def _found(self, images: ImageSet, start: Pose | Anywhere, settings: PipelineSettings) -> Estimate:
-        return estimate_pose(images, [FRAME_NAME], self.sight.model, self.sight.camera, start, settings)
+        return estimate_pose(images, [FRAME_NAME], self._sight.model, self._sight.camera, start, settings)

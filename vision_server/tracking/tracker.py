@@ -51,7 +51,6 @@ from vision_server.tracking.motion import Innovation, Motion
 from vision_server.tracking.narrow import firmest
 from vision_server.tracking.rivals import Rivals
 from vision_server.tracking.round_parts import turn_is_seen
-from vision_server.tracking.rounding import Rounding
 from vision_server.tracking.searching import Searches
 from vision_server.tracking.strain import Strain
 from vision_server.tracking.tracked import State, Tracked
@@ -99,7 +98,6 @@ class Tracker:
         self._searches = Searches(self._sight, settings, self._history, self._usual)
         self._motion: Motion | None = None
         self._habits, self._turning = Habits.of(model, edge_radius_m), Turning(model)
-        self._rounding = Rounding(self._sight, edge_radius_m is not None)
         self._rivals, self._strain = Rivals(), Strain()
         self._clock, self._frame = Clock(), -1
 
@@ -131,8 +129,6 @@ class Tracker:
         if self._motion is not None:
             self._motion = self._motion.after(seconds)
             found = self._followed(pixels, self._motion)
-        if self._rounding.is_open and self._history.is_doubtful:
-            found = self._perhaps_rounded(pixels, found)
         if found is not None:
             held = found.belief(0.0) >= acceptance.HELD
             if found.belief(0.0) >= acceptance.STAYS:
@@ -140,18 +136,6 @@ class Tracker:
             if self._history.doubted < LOOKED_AT_ANEW or self._is_believed(found, self._innovation(found)):
                 return self._taken(pixels, found)
         return self._searched(pixels, found if held else None)
-
-    def _perhaps_rounded(self, pixels: Pixels, found: Found | None) -> Found | None:
-        """What is followed; of rounded edges where this frame, not believed, is one more that shows them."""
-        if found is not None and self._is_believed(found, self._innovation(found)):
-            return found
-        last = self._history.last
-        around = [last] if isinstance(last, Pose) else []
-        if not self._rounding.is_shown(pixels, found, around, self._habits):
-            return found
-        self._habits, self._sight = self._rounding.habits, self._rounding.sight
-        self._searches.sight = self._sight
-        return None if self._motion is None else self._followed(pixels, self._motion)
 
     def _followed(self, pixels: Pixels, expected: Motion) -> Found | None:
         """What a look near the expected pose finds, or one farther around where that does not suffice."""

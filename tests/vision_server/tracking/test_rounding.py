@@ -1,10 +1,9 @@
-"""Rounded edges are looked for where they are seen, whether their radius is told or not."""
+"""Rounded edges of a told radius are looked for where they are seen."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -21,11 +20,8 @@ from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import observe
 from vision_server.pose.roundings import onto_roundings, slack_px
 from vision_server.pose.support import PoseSupport, support_at
-from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import Sight
 from vision_server.tracking.frame import Tone, Window, problem_of
 from vision_server.tracking.lines import rounding_shifts
-from vision_server.tracking.rounding import Rounding
 from vision_server.tracking.tracker import Tracker
 
 RADIUS_M, TONE, SPACING_PX = 0.0025, Tone.of(0.9, 0.01), 2.0
@@ -105,28 +101,3 @@ def test_of_a_told_radius_a_box_is_followed_surely() -> None:
         right = one.pose is not None and one.pose.error_to(pose).within(1.0, 0.01)
         told.append(right and one.state == "sure")
     assert sum(told) >= 9
-
-
-def test_edges_are_rounded_where_some_frames_show_that_much_better(monkeypatch: pytest.MonkeyPatch) -> None:
-    sight = Sight(sharp(box(RADIUS_M)), CAMERA, TONE)
-    evidence = {0.0: 5.0}
-
-    def near(one: Sight, *_: object) -> SimpleNamespace:
-        return SimpleNamespace(evidence=evidence.get(one.model.edge_radius_m, 12.0), pose=seen_at(TURNS[0]))
-
-    monkeypatch.setattr(Sight, "near", near)
-    pixels, habits = pictured(box(RADIUS_M), seen_at(TURNS[0])), Habits.of(sight.model)
-
-    def shown(found: float, frames: int) -> list[bool]:
-        evidence[0.0], rounding = found, Rounding(sight, told=False)
-        return [
-            rounding.is_shown(pixels, sight.near(pixels, seen_at(TURNS[0]), habits), [], habits)
-            for _ in range(frames)
-        ]
-
-    assert shown(5.0, 3) == [False, False, True]
-    assert not any(shown(13.0, 20))
-
-
-def test_a_radius_that_was_told_is_not_asked_for() -> None:
-    assert not Rounding(Sight(sharp(box(RADIUS_M)), CAMERA, TONE), told=True).is_open
