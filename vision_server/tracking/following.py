@@ -184,10 +184,8 @@ def on_lines(problem: PoseProblem, near: Pose, softness: Softness, habits: Habit
     """Fitted to whole lines from nearby; on the outermost edges where those inside of them may be print."""
     around = beside(problem, near)
     found = _fitted(problem, near, (EXACT_REACH_PX, NEAR_SETTLED_PX), softness, habits, around)
-    if found is None or problem.model.edge_radius_m > 0.0:  # print is told from outlines by where these are
-        return found
     outer = outermost(problem, near, around)
-    if outer is None:
+    if found is None or outer is None:
         return found
     refined = refine(problem, outer, OUTER_REACHES_PX, softness.spacing_px)
     if refined is None:
