@@ -48,6 +48,7 @@ class Model:
     two_sided : (F,) bool, faces of surfaces that are not closed; they can be seen from both sides.
     triangles : (T, 3) int64, vertex indices; they tile the faces and wind as these do.
     triangle_face : (T,) int64, the face of each triangle.
+    edge_radius_m : of its sharp convex edges, if these are rounded; lines stay where the faces would meet.
     """
 
     name: str
@@ -60,6 +61,7 @@ class Model:
     two_sided: Flags
     triangles: Ints
     triangle_face: Ints
+    edge_radius_m: float = 0.0
 
     @cached_property
     def diameter(self) -> float:

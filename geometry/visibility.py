@@ -17,6 +17,7 @@ from geometry.hidden_lines import trace
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
+from geometry.roundings import shifts_of
 from geometry.triangle_tree import tree_of
 from numerics.arrays import Floats, Ints
 
@@ -104,7 +105,16 @@ def visible_samples(model: Model, camera: Camera, pose: Pose, spacing_px: float 
         MIN_LINE_PX,
     )
     samples = Samples(seen.points, seen.along, seen.line, seen.image, seen.direction, seen.px, seen.own)
-    return _through_lens(samples, camera, pose) if camera.distorted else samples
+    if camera.distorted:
+        samples = _through_lens(samples, camera, pose)
+    return _rounded(samples, model, camera, pose) if model.edge_radius_m > 0.0 else samples
+
+
+def _rounded(samples: Samples, model: Model, camera: Camera, pose: Pose) -> Samples:
+    """Where in the image the rounded edges are seen that the samples' lines stand for."""
+    points, along = pose.apply(samples.points), samples.direction @ pose.matrix.T
+    shifts = model.edge_radius_m * shifts_of(model, pose.matrix, samples.line, points, along)
+    return samples._replace(image=samples.image + camera.project(points + shifts) - camera.project(points))
 
 
 def image_bounds(camera: Camera) -> Floats:

@@ -31,6 +31,7 @@ from vision_server.pose.curved_edges import drawn_in
 from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints, search
 from vision_server.pose.hough import choose, vote
 from vision_server.pose.outline_shading import inside_of, way_back
+from vision_server.pose.roundings import onto_roundings, slack_px
 from vision_server.pose.sampling import places_on_lines
 from vision_server.pose.steps import step_jacobian, turning_point
 
@@ -45,6 +46,7 @@ SIGMAS = np.array(SCALES_PX)
 REACH_OVER_SOFTNESS = 1.5  # an edge is looked for at least this many times its softness to either side
 GAP_SPACINGS = 2.0  # samples that are farther apart than this many spacings are no neighbours
 MOST_STEP_RATIO = 2.0  # height of a step over the mean of its two sides: that of a step from black
+START_SHARE = 1.0 / 3.0  # of the reach: how far a line may be from its place, one sd
 LEAST_LEVEL_GREY = 2.0  # of that mean, under which the ratio is noise
 
 
@@ -118,7 +120,9 @@ class Observation(NamedTuple):
         (C, N), how far lines beside this one may have moved its edge besides what the offset has been moved
         back by, px, signed; see `blending`.
     tolerance
-        (N,), how far the part's line may be off the model's, px.
+        (N,), how far the part's line may be off the model's, or a rounded crease's edge off its place, px.
+    slack
+        (N,), half the width of a rounded crease, px, see `roundings.slack_px`; 0 of other lines.
     inside
         (N,), on which side of an outline its surface is, see `inside_of`.
     """
@@ -135,6 +139,7 @@ class Observation(NamedTuple):
     nuisance: Floats
     neighbours: Floats
     tolerance: Floats
+    slack: Floats
     inside: Floats
 
 
@@ -158,10 +163,12 @@ def observe(
     sigma = SIGMAS[problem.scale]
     widest = sigma.max(axis=0) if len(channels) else np.ones(lines)
     reach, width = np.maximum(reach_px, REACH_OVER_SOFTNESS * widest), VOTE_WIDTH_PX * np.sqrt(widest)
-    normals = Normals(samples.image, samples.normal, reach[samples.line])
+    slack = slack_px(model, camera, pose, samples)
+    around = np.maximum(reach[samples.line], np.where(slack > 0.0, slack + width[samples.line], 0.0))
+    normals = Normals(samples.image, samples.normal, around)
     points = search(channels, np.take(filters, samples.line, axis=1), normals)
     associate(samples, lines, points.offset)
-    farthest = float(reach.max(initial=reach_px))
+    farthest = float(normals.reach_px.max(initial=reach_px))
     shift = vote(samples.line, along, points.offset, _quality(points.snr), lines, farthest, width)
     chosen = choose(samples.line, along, points.offset, shift, width)
     shape, inside = chosen.shape, inside_of(model, camera, pose, samples)
@@ -176,6 +183,9 @@ def observe(
         seen = Edges(offset, found.sd, found.strength)
         by, neighbours = blended(samples, sigma, _blur(channels, sigma, SIGMAS[filters]), seen)
         offset = offset - by
+    tolerance = problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1)
+    if slack.any():
+        tolerance = np.hypot(tolerance, onto_roundings(samples.line, offset, slack, START_SHARE * reach_px))
     return Observation(
         samples=samples,
         along=along,
@@ -188,7 +198,8 @@ def observe(
         strength=found.strength,
         nuisance=found.nuisance,
         neighbours=neighbours,
-        tolerance=problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1),
+        tolerance=tolerance,
+        slack=slack,
         inside=inside,
     )
 

@@ -16,6 +16,7 @@ import numpy as np
 from geometry.pose import Pose
 from geometry.visibility import Samples
 from numerics.arrays import Flags, Floats
+from numerics.kernels import kernel
 from vision_server.pose.coincident import Told, told_once
 from vision_server.pose.hidden_together import NOT_SEEN_NATS, evidence_of
 from vision_server.pose.observation import Observation, PoseProblem, observe
@@ -85,6 +86,8 @@ class PoseSupport:
         (C, N), whether a channel's edge point supports the sample.
     trust
         (C, L), see `line_trust`.
+    slack
+        (N,) px, see `Observation`.
     """
 
     rms_px: float
@@ -96,6 +99,7 @@ class PoseSupport:
     distance: Floats
     supports: Flags
     trust: Floats
+    slack: Floats
 
     @cached_property
     def by_line(self) -> tuple[Floats, Floats]:
@@ -123,14 +127,18 @@ class PoseSupport:
 
     @cached_property
     def _evidence(self) -> Floats:
-        """Of each visible line, nats: log likelihood of its support if it is there over that by chance."""
+        """Of each visible line, nats: log likelihood of its support if it is there over that by chance.
+
+        Less where a crease is rounded: of so many parallels any may be its edge, one by chance.
+        """
         told = self._told
         chance = np.clip(2.0 * SUPPORT_PX / told.gap, BY_CHANCE, SEEN)
         nats = np.where(told.seen, np.log(SEEN / chance), np.log((1.0 - SEEN) / (1.0 - chance)))
         visible = self._visible
         there = visible > 0
         runs = np.minimum(visible[there] / RUN_PX, MOST_RUNS)
-        return np.asarray(runs * self._by_own(nats)[there] / visible[there])
+        slack = self._by_own(self.slack)[there] / visible[there]
+        return np.asarray(runs * self._by_own(nats)[there] / visible[there] - np.log1p(slack / SUPPORT_PX))
 
     @property
     def confirmed(self) -> float:
@@ -208,7 +216,7 @@ def support_of(seen: Observation, names: Sequence[str]) -> PoseSupport:
     """The support that an observation speaks of; ``names`` of its channels."""
     line, px = seen.samples.line, seen.samples.px
     trust = line_trust(seen)
-    near = np.abs(seen.offset)
+    near = np.abs(_from_own_edge(seen) if seen.slack.any() else seen.offset)
     usable = np.isfinite(near) & (trust[:, line] >= LEAST_TRUST)
     near = np.where(usable, np.minimum(near, CAP_PX), CAP_PX)
     distance = near.min(axis=0)
@@ -226,4 +234,24 @@ def support_of(seen: Observation, names: Sequence[str]) -> PoseSupport:
         distance=distance,
         supports=supports,
         trust=trust,
+        slack=seen.slack,
     )
+
+
+@kernel()
+def _from_own_edge(seen: Observation) -> Floats:
+    """Offsets (C, N), of rounded creases from an edge of their own: the median, not beyond the rounding."""
+    out, line = seen.offset.copy(), seen.samples.line
+    start = 0
+    while start < len(line):
+        end = start
+        while end < len(line) and line[end] == line[start]:
+            end += 1
+        slack = seen.slack[start:end].mean()
+        for c in range(len(out)):
+            own = out[c, start:end]
+            known = own[np.isfinite(own)]
+            if slack > 0.0 and len(known) > 0:
+                own -= min(max(float(np.median(known)), -slack), slack)
+        start = end
+    return out

@@ -34,7 +34,15 @@ from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.refinement import FEWEST_EDGE_POINTS, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
-from vision_server.tracking.lines import LINE_UNKNOWNS, RADIUS, LineFits, line_fits, rounding_shifts, united
+from vision_server.tracking.lines import (
+    LINE_UNKNOWNS,
+    RADIUS,
+    LineFits,
+    line_fits,
+    on_roundings,
+    rounding_shifts,
+    united,
+)
 from vision_server.tracking.motion import about
 from vision_server.tracking.repeated import offsets_of, repetition, sums_of_rows
 
@@ -150,14 +158,16 @@ def fitted(
     if int((base > 0.0).sum()) < FEWEST_EDGE_POINTS:
         return None
     lines = line_fits(seen, base, *rounding_shifts(problem, start, seen))
-    if len(problem.channels) > 1:
-        lines = united(lines)
-    if beside_px2 is not None:
-        lines = _wider(lines, beside_px2)
+    lines = united(lines) if len(problem.channels) > 1 else lines
+    lines = lines if beside_px2 is None else _wider(lines, beside_px2)
     if len(lines.value) < LEAST_LINES:
         return None
-    range_m = float(np.linalg.norm(start.translation))
-    prior = np.append(prior_precision(range_m, problem.tone_sd_px), habits.radius_sd_m**-2.0)
+    if problem.model.edge_radius_m > 0.0:
+        lines = on_roundings(lines, seen)
+    whole = problem.model.edge_radius_m * lines.rows[:, :, RADIUS]  # from where sharp edges would be
+    lines = lines._replace(value=lines.value + whole)
+    known = prior_precision(float(np.linalg.norm(start.translation)), problem.tone_sd_px)
+    prior = np.append(known, habits.radius_sd_m**-2.0)
     rows = repetition(problem.model)[lines.line]
     step, covariance, off_px2, radius_information = solved(lines, prior, habits, rows)
     if not np.isfinite(step).all():

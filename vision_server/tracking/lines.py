@@ -7,18 +7,15 @@ how a pose's step moves them: what `fitting` solves for the pose.
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from geometry.camera import Camera
-from geometry.model import Model
 from geometry.pose import Pose
-from geometry.visibility import Samples
-from numerics.arrays import Flags, Floats, Ints
+from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 from vision_server.pose.observation import Observation, PoseProblem
+from vision_server.pose.roundings import roundings
 from vision_server.pose.solver import SAMPLES_TOGETHER
 from vision_server.pose.weights import HALF_TRUST_SCATTER_PX, HALF_WEIGHT_PX
 
@@ -29,10 +26,8 @@ LINE_ITERATIONS = 5  # times that a straight line is fitted to them, reweighted 
 # The turn is seen where the variance of the edge points' places on the line, from -1 to 1, is at least this;
 # of evenly spread ones it is 1/3.
 LEAST_PLACE_VARIANCE = 0.05
+TURN_SHARE = 0.15  # of its half width, what an edge on a rounding is turned by, one sd
 LEAST_LINE_VARIANCE_PX2 = 1e-6  # of a line in one channel, so that its precision is finite
-# Two faces are as one, without an edge between them that could be rounded, where 1 + the cosine between their
-# normals is less than this.
-FLAT_FACES = 0.05
 
 
 class LineFits(NamedTuple):
@@ -148,94 +143,18 @@ def united(lines: LineFits) -> LineFits:
 
 
 def rounding_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tuple[Floats, Floats]:
-    """How far edges lie along their normals where the model's convex edges are rounded, px per m of radius.
-
-    Of an edge with the faces' normals n and m, the axis of the rounding lies at -r a from it, with a =
-    (n + m) / (1 + n.m). An outline is where the line of sight touches the rounding: off by r (1 - a.u) u,
-    where u points outwards across the line of sight. Of a crease between two faces in sight, the middle of
-    the rounding is taken; where on it brightness changes most is the light's affair.
-
-    Returns
-    -------
-    The shift (N,), and how far a crease may be from there to either side; 0 for lines of open, smooth or
-    hollow places.
-    """
-    shift, slack, _ = _edges(problem.model, problem.camera, pose, seen.samples)
+    """Shift and slack of each sample, (N,), px per metre of radius, see `pose.roundings`."""
+    shift, slack = roundings(problem.model, problem.camera, pose, seen.samples)
     return shift, slack
 
 
-def outward_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Floats:
-    """On which side of its line the target ends, (N,): 1 ahead along the normal, -1 behind, 0 of no outline.
-
-    A line between two faces is an outline where one of them is turned away; those of smooth or hollow places
-    are left out.
-    """
-    outward: Floats = _edges(model, camera, pose, samples)[2]
-    return outward
-
-
-def _edges(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Floats:
-    """Both of `rounding_shifts` and `outward_of` at each sample, (3, N)."""
-    if not model.faces:
-        return np.zeros((3, len(samples.line)))
-    normals, faces = model.face_normals @ pose.matrix.T, model.line_faces[samples.line]
-    points, along = pose.apply(samples.points), samples.direction @ pose.matrix.T
-    focal, rounds = samples.normal * [camera.fx, camera.fy], sharp_and_convex(model)[samples.line]
-    return _at_edges(normals[faces[:, 0]], normals[faces[:, 1]], rounds, points, along, focal)
-
-
-@kernel()
-def _at_edges(
-    one: Floats, two: Floats, rounds: Flags, points: Floats, along: Floats, focal: Floats
-) -> Floats:
-    """See `_edges`.
-
-    Parameters
-    ----------
-    one, two : (N, 3), normals of the two faces beside a sample's line, camera frame.
-    rounds : (N,), whether that is a sharp convex edge between them.
-    points, along : (N, 3), the sample, m, and the unit vector along its line, camera frame.
-    focal : (N, 2), its normal in the image times the focal lengths, px.
-    """
-    out = np.zeros((3, len(points)))
-    for i in range(len(points)):
-        n, m, point = one[i], two[i], points[i]
-        cosine, facing_n, facing_m = _dot(n, m), _dot(n, point), _dot(m, point)
-        both, across = n + m, np.cross(point, along[i])
-        if rounds[i] and facing_n * facing_m < 0.0:
-            out[2, i] = np.sign(_dot(across, both)) * np.sign(_in_image(across, point, focal[i]))
-        if not rounds[i] or 1.0 + cosine <= FLAT_FACES:
-            continue
-        apex = both / (1.0 + cosine)
-        if facing_n < 0.0 and facing_m < 0.0:
-            shift = both / max(math.sqrt(2.0 + 2.0 * cosine), FLAT_FACES) - apex
-            out[1, i] = abs(_in_image(0.5 * (n - m), point, focal[i]))
-        else:
-            length = math.sqrt(_dot(across, across))
-            outward = across / (length if _dot(across, both) >= 0.0 else -length)
-            shift = (1.0 - _dot(outward, apex)) * outward
-        out[0, i] = _in_image(shift, point, focal[i])
-    return out
-
-
-@kernel()
-def _dot(one: Floats, two: Floats) -> float:
-    return float(one[0] * two[0] + one[1] * two[1] + one[2] * two[2])
-
-
-@kernel()
-def _in_image(shift: Floats, point: Floats, focal: Floats) -> float:
-    """How far a shift (3,) of a point moves it in the image along the normal that ``focal`` is, px."""
-    x, y = shift[0] - shift[2] * point[0] / point[2], shift[1] - shift[2] * point[1] / point[2]
-    return float((x * focal[0] + y * focal[1]) / point[2])
-
-
-@lru_cache(maxsize=8)
-def sharp_and_convex(model: Model) -> Flags:
-    """Which lines are sharp convex edges between two faces, (L,)."""
-    middles = np.array([model.vertices[face].mean(axis=0) for face in model.faces])
-    one, two = model.line_faces[:, 0], model.line_faces[:, 1]
-    place = model.vertices[model.lines].mean(axis=1)
-    behind = ((middles[two] - place) * model.face_normals[one]).sum(axis=1) < 0.0
-    closed = ~(model.two_sided[one] | model.two_sided[two])
-    return np.asarray(behind & closed & (one >= 0) & (two >= 0) & ~model.smooth)
+def on_roundings(lines: LineFits, seen: Observation) -> LineFits:
+    """With what is not known of edges on roundings of a known radius, which are moved by what is."""
+    line, count = seen.samples.line, seen.sigma.shape[1]
+    samples = np.maximum(np.bincount(line, minlength=count), 1)
+    place, turn = (
+        (np.bincount(line, px, count) / samples)[lines.line] ** 2
+        for px in (seen.tolerance, TURN_SHARE * seen.slack)
+    )
+    more = np.stack([place, turn], axis=1)
+    return lines._replace(variance=lines.variance + more, slack=np.zeros(len(lines.slack)))

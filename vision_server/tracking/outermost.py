@@ -14,10 +14,10 @@ from geometry.pose import Pose
 from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import PRIOR_ROTATION_SD_RAD, PRIOR_TRANSLATION_SD
+from vision_server.pose.roundings import outward_of
 from vision_server.pose.steps import moved, step_jacobian, turning_point
 from vision_server.tracking.beside import PRINT_REACH_PX, Beside
 from vision_server.tracking.fitting import FIT_ITERATIONS, TAIL
-from vision_server.tracking.lines import outward_of
 
 OUTSIDE_PX = 1.5  # outside of a line, from where on an edge is another one than the line's (by hand)
 # By hand. It runs along a parallel to the line, where at least this share of the line's samples have an edge

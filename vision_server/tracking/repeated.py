@@ -12,9 +12,10 @@ from functools import lru_cache
 import numpy as np
 
 from geometry.model import Model
+from geometry.roundings import sharp_and_convex
 from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
-from vision_server.tracking.lines import LINE_UNKNOWNS, sharp_and_convex
+from vision_server.tracking.lines import LINE_UNKNOWNS
 
 # By hand: so many lines are a row; these are as long as each other to this share, and as parallel, and so are
 # the normals of the faces beside them, to this sine.

@@ -29,6 +29,7 @@ From 2 on, `turning` leaves out what is turned farther than targets turn. What i
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 
 from geometry.camera import Camera
 from geometry.model import Model
@@ -88,6 +89,8 @@ class Tracker:
         seed: int = 0,
         edge_radius_m: float | None = None,
     ) -> None:
+        if edge_radius_m is not None:
+            model = replace(model, edge_radius_m=edge_radius_m)
         self.model, self.camera = model, camera
         self._sight, self._usual = Sight(model, camera, Tone.of(gamma, tone_sd_px)), Usual(model, camera)
         self._history = History(seed_pose, seed_pose)

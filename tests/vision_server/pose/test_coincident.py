@@ -78,7 +78,8 @@ def test_fins_two_pixels_apart_tell_less_than_as_many_lines_that_are_apart() -> 
     def confirmed(apart_px: float) -> float:
         samples = level(*(apart_px * np.arange(9.0)))
         seen, ones = np.ones((1, 180), dtype=bool), np.ones((1, 9))
-        return PoseSupport(0.1, 1.0, 1.0, 0.0, ["i1"], samples, np.zeros(180), seen, ones).confirmed
+        none = np.zeros(180)
+        return PoseSupport(0.1, 1.0, 1.0, 0.0, ["i1"], samples, none, seen, ones, none).confirmed
 
     assert confirmed(20.0) == pytest.approx(confirmed(12.0))
     assert confirmed(2.2) < 0.3 * confirmed(12.0)

@@ -15,7 +15,7 @@ from vision_server.pose.trust import LineAgreement, Misfit, ambiguity, confidenc
 SPACING_PX, APART_PX = 2.0, 10.0
 
 
-def support(*shares: float, length_px: float = 40.0) -> PoseSupport:
+def support(*shares: float, length_px: float = 40.0, slack_px: float = 0.0) -> PoseSupport:
     """Of level lines of one length, one below the other, each seen along such a share of it."""
     count = int(length_px / SPACING_PX)
     line = np.repeat(np.arange(len(shares)), count)
@@ -26,7 +26,7 @@ def support(*shares: float, length_px: float = 40.0) -> PoseSupport:
     return PoseSupport(
         rms_px=1.0, supported_fraction=float(seen.mean()), strength=0.5, clipped_fraction=0.0, names=["i1"],
         samples=samples, distance=np.where(seen, 0.1, 4.0), supports=seen[None],
-        trust=np.ones((1, len(shares))),
+        trust=np.ones((1, len(shares))), slack=np.full(len(line), slack_px),
     )  # fmt: skip
 
 
@@ -39,6 +39,11 @@ def test_a_line_that_is_not_seen_may_be_hidden() -> None:
 def test_edges_by_chance_are_no_evidence() -> None:
     assert support(0.5, 0.5).confirmed == 0.0
     assert support(0.9).confirmed > support(0.7).confirmed > 0.0
+
+
+def test_a_rounded_crease_tells_less_as_any_of_some_parallels_may_be_its_edge() -> None:
+    told = support(1.0).confirmed - support(1.0, slack_px=4.0).confirmed
+    assert told == pytest.approx(np.log(5.0))
 
 
 def test_a_long_line_is_one_line() -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.pose import Pose
+from geometry.roundings import FLAT_FACES, sharp_and_convex
 from numerics.arrays import Floats
 from vision_server.pose.observation import Observation, PoseProblem
-from vision_server.tracking.lines import FLAT_FACES, sharp_and_convex
 
 
 def plain_shifts(problem: PoseProblem, pose: Pose, seen: Observation) -> tuple[Floats, Floats]:

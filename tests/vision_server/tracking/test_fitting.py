@@ -15,10 +15,11 @@ from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_
 from tests.vision_server.tracking.plain_roundings import plain_shifts
 from tests.vision_server.tracking.plain_solved import plainly_solved
 from vision_server.pose.observation import observe
+from vision_server.pose.roundings import outward_of
 from vision_server.tracking import fitting
 from vision_server.tracking.fitting import Habits, fitted, none_or_rounded, rounded_odds, solved
 from vision_server.tracking.frame import Tone, Window, problem_of
-from vision_server.tracking.lines import LineFits, line_fits, outward_of, rounding_shifts
+from vision_server.tracking.lines import LineFits, line_fits, rounding_shifts
 
 TONE = Tone.of(1.0, 0.01)
 SPACING_PX = 2.0

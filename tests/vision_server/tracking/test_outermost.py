@@ -13,11 +13,11 @@ from geometry.visibility import visible_samples
 from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.boxes import TURNS, framed_box, pictured, plain_box, seen_at
 from tests.vision_server.tracking.framed import problem
+from vision_server.pose.roundings import outward_of
 from vision_server.tracking.beside import beside
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Sight
 from vision_server.tracking.frame import Tone
-from vision_server.tracking.lines import outward_of
 from vision_server.tracking.outermost import outer_edges, outermost
 
 
