@@ -1,8 +1,8 @@
-"""The background of a set of images: how dark or how lit it is, and which dark places belong to it.
+"""The background of a set of images: how dark or how lit it is, and which edges adjoin it.
 
 Some shadows are as dark as a dark background. They are surrounded by what is lit; the background goes on to
-the border of the image, as does a table that is too dim for a wall. A lit one is a wall: most of the border
-has its grey in each light.
+the border of the image, as does a table that is too dim for a wall (`edges.ground`). A lit one is a wall:
+most of the border has its grey in each light.
 """
 
 from __future__ import annotations
@@ -10,22 +10,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from numerics.arrays import Field, Flags, Floats, Grey, Ints
+from numerics.arrays import Field, Floats, Grey, Ints
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.sides import Sides, furthest_reach
+from vision_server.edges.ground import CELL_PX, dark_or_even, free_cells, like_wall, sides_met
+from vision_server.edges.sides import Sides
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 BACKGROUND_SHARE = 0.02  # of the image, in its best lights, that is darker than what counts as background
-CELL_PX = 4  # side of the squares of which the middle says whether they are dark
-LEAST_AT_LARGE = 0.5  # share of what is dark, where the background is
-DARK_RATIO = 2.7  # of such a mean in its best light to the background: more is none
-EVEN = 0.3  # between the logarithms of a cell and of those beside it, in their best lights: no edge is there
-FRAME_CELLS = 2  # at the image's border, by which a wall is told
+SAMPLE_PX = 4  # side of the squares whose middles say how dark a background is, or that it is a wall
+FRAME_CELLS = 2  # of these, at the image's border, by which a wall is told
 WALL_SPREAD, LEAST_WALL = 0.1, 0.6  # of its logarithm there, in such a share: the rest is in shadow
 WALL_FITS = 10  # with 5 large shadows at the dim end still pull it
 LIT = 4.0  # times what is black, in every light: less tells no wall
@@ -38,37 +35,44 @@ class Background(NamedTuple):
     ----------
     dark
         Grey at reference exposure that only few pixels stay under in their best light.
-    enclosed
-        bool (N,), whether the darker side, in its best light, is none of the background at large; None: no
-        edgel's is.
+    met
+        uint8 (N,), how many of an edgel's sides meet the ground (`edges.ground`); None: that is not known.
     wall
         Its grey beside each in each light at reference exposure (C, N); None where it is dark or no wall.
     """
 
     dark: float
-    enclosed: Flags | None = None
+    met: Grey | None = None
     wall: Field | None = None
 
     def of(self, edgels: slice | Ints) -> Background:
         """As some of the edgels see it."""
-        enclosed = None if self.enclosed is None else self.enclosed[edgels]
+        met = None if self.met is None else self.met[edgels]
         wall = None if self.wall is None else self.wall[:, edgels]
-        return Background(self.dark, enclosed, wall)
+        return Background(self.dark, met, wall)
 
 
 def background_of(edges: EdgeMap, sides: Sides) -> Background:
     """What is behind the edgels of a merged set, of which ``sides`` are."""
-    means = [_coarse(channel) for channel in edges.channels]
+    sampled = [_coarse(channel, SAMPLE_PX) for channel in edges.channels]
+    dark = float(np.quantile(np.max(sampled, axis=0), BACKGROUND_SHARE, method="nearest"))
+    fits = _wall_fits(sampled, sides.dark)
+    means = [_coarse(channel, CELL_PX) for channel in edges.channels]
     best = np.max(means, axis=0)
-    dark = float(np.quantile(best, BACKGROUND_SHARE, method="nearest"))
-    outside = _outside(best, dark, sides.dark)
-    return Background(dark, _enclosed(edges, sides, outside), _wall(edges, means, sides.dark))
+    free = free_cells(edges, sides, best.shape)
+    if fits is None:
+        return Background(dark, sides_met(edges, dark_or_even(best, dark, sides.dark, free)))
+    walls = _walls_at_cells(fits, best.shape)
+    in_image = (edges.points / np.float32(CELL_PX)).T / [[best.shape[1]], [best.shape[0]]]
+    at_edgels = np.exp(fits @ _quadratic(*in_image).T) - sides.dark
+    met = sides_met(edges, like_wall(means, walls, sides.dark, free))
+    return Background(dark, met, np.asarray(at_edgels, np.float32))
 
 
-def _wall(edges: EdgeMap, means: Sequence[Field], dark: float) -> Field | None:
-    """Grey (C, N) of a wall where each edgel is, in each light, as the frame tells it; or None.
+def _wall_fits(means: Sequence[Field], dark: float) -> Floats | None:
+    """What a wall's logarithm is in each light, as the frame tells it: of `_quadratic` (C, 6); or None.
 
-    A wall's logarithm is a quadratic of the place: lamps are near. It is fitted again and again to what fits.
+    It is a quadratic of the place, as lamps are near, and is fitted again and again to what fits.
     """
     rows, columns = means[0].shape
     frame = np.ones((rows, columns), np.bool_)
@@ -89,8 +93,18 @@ def _wall(edges: EdgeMap, means: Sequence[Field], dark: float) -> Field | None:
         if (np.abs(left) < WALL_SPREAD).mean() < LEAST_WALL:
             return None
         fits.append(fitted)
-    at_edgels = _quadratic(*(edges.points / np.float32(CELL_PX)).T / [[columns], [rows]])
-    return np.asarray(np.exp(fits @ at_edgels.T) - dark, np.float32)
+    return np.asarray(fits)
+
+
+def _walls_at_cells(fits: Floats, shape: tuple[int, int]) -> Field:
+    """Grey of the wall in each light, as its logarithm's ``fits`` tell it, float32 (C, rows, columns)."""
+    rows, columns = shape
+    x, y = (np.arange(columns) + 0.5) / columns, (np.arange(rows) + 0.5) / rows
+    # the terms of `_quadratic` that are of a column, those that are of a row, and the one of both
+    along = fits[:, [0, 1, 3]] @ np.stack([np.ones_like(x), x, x * x])
+    down = fits[:, [2, 5]] @ np.stack([y, y * y])
+    of_both = fits[:, 4, None, None] * (y[:, None] * x)
+    return np.asarray(np.exp(along[:, None] + down[:, :, None] + of_both), np.float32)
 
 
 def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
@@ -98,42 +112,11 @@ def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
     return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1).astype(np.float64)
 
 
-def _enclosed(edges: EdgeMap, sides: Sides, outside: Grey) -> Flags:
-    """Whether the darker side of each edgel, in its best light, is none of the background at large, (N,)."""
-    lit = sides.brightest.max(axis=0)
-    away = np.where(lit[0] < lit[1], -furthest_reach(edges), furthest_reach(edges))
-    x, y = ((edges.points + away[:, None] * edges.normals) / CELL_PX).astype(np.int64).T
-    rows, columns = outside.shape
-    return np.asarray(outside[np.clip(y, 0, rows - 1), np.clip(x, 0, columns - 1)] == 0)
-
-
-def _coarse(channel: ChannelStatistics) -> Field:
-    """Mean intensity at reference exposure of two pixels in the middle of each whole cell."""
-    first, step = CELL_PX // 2 - 1, CELL_PX
+def _coarse(channel: ChannelStatistics, step: int) -> Field:
+    """Mean intensity at reference exposure of two pixels in the middle of each whole square of so many px."""
+    first = step // 2 - 1
     rows, columns = (max(side // step, 1) * step for side in channel.shape)
     one, other = (
         channel.linear_at(slice(at, rows, step), slice(at, columns, step)) for at in (first, first + 1)
     )
     return np.asarray((one + other) * np.float32(0.5 / channel.exposure), np.float32)
-
-
-def _outside(best: Field, background: float, dark: float) -> Grey:
-    """1 for cells that are of the background at large or beside it.
-
-    Those are dark ones that adjoin up to the border, and even ones that do, as of a table. All are where most
-    of what is dark does not: then it is not the background that is dark.
-    """
-    is_dark = best + dark < DARK_RATIO * (background + dark)
-    at_large = _up_to_the_border(is_dark)
-    if at_large.sum() < LEAST_AT_LARGE * is_dark.sum():
-        return np.ones_like(at_large)
-    beside, logs = np.ones((3, 3), np.uint8), np.log(best + np.float32(dark))
-    is_even = cv2.dilate(logs, beside) - cv2.erode(logs, beside) < EVEN
-    return np.asarray(cv2.dilate(at_large | _up_to_the_border(np.asarray(is_even)), beside), np.uint8)
-
-
-def _up_to_the_border(cells: Flags) -> Grey:
-    """1 for those of the cells that adjoin each other up to the border of the image."""
-    framed = np.pad(cells.astype(np.uint8), 1, constant_values=1)
-    _, pieces = cv2.connectedComponents(framed, connectivity=4)
-    return np.asarray((pieces == pieces[0, 0])[1:-1, 1:-1], np.uint8)

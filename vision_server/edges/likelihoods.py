@@ -11,12 +11,13 @@ import math
 
 import numpy as np
 
-from numerics.arrays import Field, Reals
+from numerics.arrays import Field, Grey, Reals
 from vision_server.edges.background import Background
 from vision_server.edges.blocked import DEPTH_SD, FLAT_SD, KNOWN_DEPTH_SD, shadow_of_one
 from vision_server.edges.densities import either, logarithms, normal, sum_of_logs
 from vision_server.edges.each_light import FACES_AWAY, TURNED_SD, less_crease
 from vision_server.edges.falling import Falling
+from vision_server.edges.ground import DARK_RATIO, NEITHER, ONE
 from vision_server.edges.light_parts import KnownLights, apparent_parts, parts_of
 from vision_server.edges.scatter import SURFACE_SD, scatter
 from vision_server.edges.sides import Sides
@@ -42,9 +43,11 @@ WALL_SD = 0.05  # of a wall's grey from place to place
 IN_SHADOW = 0.2  # share of the lights in which a wall beside an outline is in shadow
 OFF_WALL = 1e-4  # density of a wall's grey anywhere
 ANY_SD = 1.5  # of the logarithm of other greys, beside that of the wall
-# Of the logarithm of one before a dark place that is surrounded by lit ones, for each channel: all of them
-# see the same place and are misled alike.
-RARER_ENCLOSED = 1.0
+# Of the logarithm of an outline of which neither side meets a dark ground, for each pair of channels: all see
+# the same place and are misled alike, so that what they say together is the less sure the more they are.
+RARER_ENCLOSED = 0.35
+RARER_OFF_WALL = 2.5  # the same where the ground is a wall, for each channel
+LIKELIER_BEFORE_LIT = 1.0  # of the logarithm of an outline before a lit ground, beside a crease or a print
 BLOCK = 16384  # edgels at a time: what is worked out of more goes through memory, at half the speed
 
 
@@ -85,8 +88,6 @@ def _of_block(
     """As `likelihoods`, of as many edgels as the processor's cache holds."""
     found = np.empty((len(KINDS), sides.noise.shape[1]), np.float32)
     found[[OUTLINE, CREASE, PRINT, NOISE]] = scatter(sides, background.dark)
-    if background.enclosed is not None:
-        found[OUTLINE] -= RARER_ENCLOSED * len(sides.noise) * background.enclosed
     if lights is not None and lights.are_all:
         _known_lights(found, sides, lights, falling)
     else:
@@ -103,7 +104,27 @@ def _of_block(
         beside = logs - np.log(background.wall + sides.dark)[:, None]
         # what is clipped is at least that bright, which tells which of its sides is no wall
         _before_wall(found, beside, np.where(sides.known, noise, np.float32(0.0)))
+    if background.met is not None:
+        _by_ground(found, sides, background, background.met)
     return found
+
+
+def _by_ground(found: Reals, sides: Sides, background: Background, met: Grey) -> None:
+    """Let the ground say what is outline in ``found`` (6, N), an output.
+
+    An edge of which neither side meets it is hardly one. Before a ground that is lit, as a table, an outline
+    answers lights as a crease or a print does; but one of its sides meets the ground, and the other does not.
+    """
+    count = len(sides.noise)
+    if background.wall is None:
+        rarer = RARER_ENCLOSED * count * (count - 1) / 2.0
+        dimmer = sides.brightest.max(axis=0).min(axis=0) + np.float32(sides.dark)
+        is_lit = (met == ONE) & (dimmer > DARK_RATIO * (background.dark + sides.dark))
+        lit = np.maximum(found[CREASE], found[PRINT]) + LIKELIER_BEFORE_LIT
+        np.copyto(found[OUTLINE], either(found[OUTLINE], lit), where=is_lit)
+    else:
+        rarer = RARER_OFF_WALL * count
+    found[OUTLINE] -= np.float32(rarer) * (met == NEITHER)
 
 
 def _before_wall(found: Reals, beside: Reals, noise: Reals) -> None:

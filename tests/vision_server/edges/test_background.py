@@ -1,4 +1,4 @@
-"""What is dark and no background: shadows that are surrounded by what is lit."""
+"""What is behind and which edges adjoin it; what is dark and enclosed by what is lit is none."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from numerics.arrays import Flags, Grey
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.background import Background, background_of
 from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.ground import BOTH, NEITHER, ONE
 from vision_server.edges.kinds import edge_kinds
 from vision_server.edges.likelihoods import CREASE, OUTLINE, RARER_ENCLOSED, SHADOW, likelihoods
 from vision_server.edges.merging import merge_channels
@@ -35,48 +36,103 @@ def of_hole(edges: EdgeMap) -> Flags:
     return np.asarray((abs(x - 100) < 25) & (abs(y - 80) < 25))
 
 
-def enclosed_in(edges: EdgeMap) -> Flags:
-    found = background_of(edges, sides_of(edges)).enclosed
+def met_in(edges: EdgeMap) -> Grey:
+    found = background_of(edges, sides_of(edges)).met
     assert found is not None
     return found
 
 
-def test_the_rim_of_a_dark_place_within_is_enclosed_and_the_outline_is_not() -> None:
-    edges = merged(images(3, 3))
-    found = enclosed_in(edges)
-    inner = of_hole(edges)
-    assert inner.sum() > 100
-    assert found[inner].all()
+def of_outline(edges: EdgeMap) -> Flags:
     x, y = edges.points.T
-    outer = (x < 42) | (x > 158) | (y < 32) | (y > 128)
+    return np.asarray((x < 42) | (x > 158) | (y < 32) | (y > 128))
+
+
+def test_the_rim_of_a_dark_place_within_meets_no_ground_and_one_side_of_the_outline_does() -> None:
+    edges = merged(images(3, 3))
+    found, inner, outer = met_in(edges), of_hole(edges), of_outline(edges)
+    assert inner.sum() > 100
     assert outer.sum() > 300
-    assert not found[outer].any()
+    assert (found[inner] == NEITHER).all()
+    assert (found[outer] == ONE).mean() > 0.97  # at corners both may
 
 
-def test_before_a_bright_background_nothing_is_enclosed() -> None:
+def test_before_a_wall_with_a_dark_place_within_it_is_the_same() -> None:
     edges = merged(images(3, 220))
-    assert not enclosed_in(edges).any()
+    found, inner, outer = met_in(edges), of_hole(edges), of_outline(edges)
+    assert (found[inner] == NEITHER).all()
+    assert (found[outer] == ONE).mean() > 0.97
 
 
-def test_what_stands_before_a_table_that_is_too_dim_for_a_wall_is_not_enclosed() -> None:
+def test_where_most_of_what_is_dark_is_enclosed_nothing_is_said() -> None:
+    """What is behind is printed, and no wall."""
+    printed = np.kron(np.random.default_rng(1).integers(60, 230, (20, 25)), np.ones((8, 8))).astype(np.uint8)
+    pair = images(3, 220)
+    for image in pair:
+        around = np.ones(image.shape, np.bool_)
+        around[30:130, 40:160] = False
+        image[around] = printed[around]
+    edges = merged(pair)
+    assert background_of(edges, sides_of(edges)).wall is None
+    assert (met_in(edges) == BOTH).all()
+
+
+def test_the_table_is_ground_that_is_too_dim_for_a_wall() -> None:
     """The table is lit and none of the dark background, but it goes on to the border as that does."""
     pair = images(3, 3)
     for number, image in enumerate(pair):
         image[90:][image[90:] < 8] += np.uint8(10 + 3 * number)
     edges = merged(pair)
-    found, (x, y) = enclosed_in(edges), edges.points.T
-    before_table = ((x < 42) | (x > 158) | (y > 128)) & (y > 95)
+    found, y = met_in(edges), edges.points[:, 1]
+    before_table = of_outline(edges) & (y > 95)
     assert before_table.sum() > 100
-    assert not found[before_table].any()
-    assert found[of_hole(edges) & (y < 85)].all()
+    assert (found[before_table] == ONE).mean() > 0.95
+    assert (found[of_hole(edges) & (y < 85)] == NEITHER).all()
 
 
-def test_each_image_makes_an_outline_of_what_is_enclosed_less_likely() -> None:
-    edges = merged(images(9, 3))
+def test_the_ground_is_met_in_a_gap_that_is_narrower_than_sides_are_looked_at() -> None:
+    pair = images(150, 3)
+    for image in pair:
+        image[20:140, 97:103] = 3
+    edges = merged(pair)
+    x, y = edges.points.T
+    beside_gap = (abs(x - 99.5) < 4) & (abs(y - 80) < 40)
+    assert beside_gap.sum() > 100
+    assert (met_in(edges)[beside_gap] == ONE).mean() > 0.97
+
+
+def test_an_edge_behind_another_one_does_not_meet_the_ground() -> None:
+    pair = images(150, 3)
+    for image in pair:
+        image[30:130, 40:46] = 70
+    edges = merged(pair)
+    found, (x, y) = met_in(edges), edges.points.T
+    outer, behind = ((abs(x - at) < 1.5) & (abs(y - 80) < 40) for at in (39.5, 45.5))
+    assert behind.sum() > 50
+    assert (found[behind] == NEITHER).all()
+    assert (found[outer] == ONE).mean() > 0.97
+
+
+def test_each_pair_of_images_makes_an_outline_of_what_meets_no_ground_less_likely() -> None:
+    edges = merged([*images(9, 3), images(8, 3)[0]])
     sides, inner = sides_of(edges), of_hole(edges)
-    within, anywhere = (likelihoods(sides, Background(3.0, enclosed)) for enclosed in (inner, None))
-    np.testing.assert_allclose((anywhere - within)[OUTLINE], 2 * RARER_ENCLOSED * inner, atol=1e-4)
+    met = np.where(inner, NEITHER, BOTH).astype(np.uint8)
+    within, anywhere = (likelihoods(sides, Background(3.0, seen)) for seen in (met, None))
+    np.testing.assert_allclose((anywhere - within)[OUTLINE], 3 * RARER_ENCLOSED * inner, atol=1e-4)
     np.testing.assert_array_equal(np.delete(within, OUTLINE, 0), np.delete(anywhere, OUTLINE, 0))
+
+
+def test_what_stands_on_a_dim_table_has_an_outline_though_it_answers_lights_as_a_crease_does() -> None:
+    random, images = np.random.default_rng(0), []
+    for statue, table in ((60, 24), (150, 16), (35, 26), (110, 14)):
+        image = np.full((160, 200), 2.0)
+        image[60:] = table
+        image[30:130, 70:150] = statue
+        images.append(np.clip(image + random.normal(0.0, 1.0, image.shape), 0, 255).astype(np.uint8))
+    found = edge_kinds([channel_statistics(image) for image in images])
+    kind, (x, y) = found.probability.argmax(axis=0), found.edges.points.T
+    before_table = (abs(y - 95) < 25) & (np.minimum(abs(x - 69.5), abs(x - 149.5)) < 1.5)
+    assert before_table.sum() > 50
+    assert (kind[before_table] == OUTLINE).mean() > 0.9
 
 
 def before_a_wall() -> list[Grey]:

@@ -1,0 +1,130 @@
+"""The ground: what is behind all that stands before it, and which edges it adjoins.
+
+The ground goes on to the border of the image, where what stands before it does not. It is dark in every
+light, or even in the best light of each place, in which no shadow is left, or it has the grey of a lit
+wall. Strong edges bar its way. From each edgel one walks to either side: where the ground is met before
+another edge is, the edgel is of the outermost edge there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from numerics.arrays import Field, Flags, Grey
+from numerics.kernels import kernel
+from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.sides import Sides, furthest_reach
+
+# Chosen by hand on rendered statues (`python -m benchmarks.statue_edges`) and renders.
+CELL_PX = 2  # side of the squares of which it is asked whether they are of the ground
+LEAST_AT_LARGE = 0.5  # share of what is dark, where the background is
+DARK_RATIO = 2.0  # of a cell's grey in its best light to that of a dark background: more is none
+EVEN = 0.3  # between the logarithms of a cell and of those beside it, in their best lights: no edge is there
+LIKE_WALL, LEAST_LIKE_WALL = 0.2, 0.33  # share of its grey that a cell may be off, and in which of the lights
+BRIGHTEST_WALL = 1.5  # times its grey: the light of lamps that are near is not quite a quadratic of the place
+# Of a step in the best lights to the brighter side, and to its noise: such an edge bars the way. Else the
+# ground runs into dark bronze before dark cloth.
+BARRING, SURELY_BARRING = 0.5, 4.0
+FIRST_PX, NEXT_EDGE_PX = 2, 3  # from an edgel, where the walk and the look for another edge begin
+SAME_AXIS = np.float32(0.7)  # cosine between the axes of edges that run beside each other
+NEITHER, ONE, BOTH = range(3)  # sides that meet the ground
+
+
+def free_cells(edges: EdgeMap, sides: Sides, shape: tuple[int, int]) -> Flags:
+    """Which cells, (rows, columns) as ``shape``, hold no edgel that bars the ground's way."""
+    one, other = sides.near[:, 0].max(axis=0), sides.near[:, 1].max(axis=0)
+    step = np.abs(one - other)
+    bars = step > BARRING * (np.maximum(one, other) + np.float32(sides.dark))
+    bars &= step > SURELY_BARRING * sides.noise.max(axis=0)
+    y, x = np.divmod(edges.places[bars], np.int32(edges.shape[1]))
+    free = np.ones(shape, np.bool_)
+    free[np.minimum(y // CELL_PX, shape[0] - 1), np.minimum(x // CELL_PX, shape[1] - 1)] = False
+    return free
+
+
+def dark_or_even(best: Field, background: float, dark: float, free: Flags) -> Grey:
+    """1 for cells of a ground that is dark or even.
+
+    All are where most of what is dark does not go on to the border: then the background is not dark.
+
+    Parameters
+    ----------
+    best
+        Grey of each cell at reference exposure, in its best light.
+    background, dark
+        Grey of the dark background, and what is added before logarithms are taken.
+    free
+        As `free_cells` gives them.
+    """
+    is_dark = best + np.float32(dark) < DARK_RATIO * (background + dark)
+    at_large = _up_to_the_border(is_dark & free)
+    if at_large.sum() < LEAST_AT_LARGE * is_dark.sum():
+        return np.ones_like(at_large)
+    return np.asarray(at_large | _up_to_the_border(_even(best, dark) & free), np.uint8)
+
+
+def like_wall(means: Sequence[Field], walls: Field, dark: float, free: Flags) -> Grey:
+    """1 for cells of a lit wall, or even ones that go on to where the border is not like it.
+
+    A wall's cell is like it in some of the lights, may be in a shadow in others, and is much brighter in
+    none: what is painted in its grey turns to some light more than the wall does.
+
+    Parameters
+    ----------
+    means
+        Grey of each cell at reference exposure, in each light.
+    walls
+        What it has there, with ``dark`` added, (C, rows, columns).
+    """
+    likes, is_brighter = np.zeros(free.shape, np.uint16), np.zeros(free.shape, np.bool_)
+    for mean, wall in zip(means, walls, strict=True):
+        ratio = (mean + np.float32(dark)) / wall
+        likes += np.abs(ratio - 1.0) < LIKE_WALL
+        is_brighter |= ratio > BRIGHTEST_WALL
+    ground = _up_to_the_border((likes >= LEAST_LIKE_WALL * len(means)) & ~is_brighter & free)
+    even = _even(np.max(means, axis=0), dark)
+    return np.asarray(ground | _up_to_the_border(even & free & (ground == 0)), np.uint8)
+
+
+def sides_met(edges: EdgeMap, ground: Grey) -> Grey:
+    """How many sides of each edgel meet the ground before another edge: NEITHER, ONE or BOTH, uint8 (N,)."""
+    return _sides_met(edges.index, edges.points, edges.normals, ground, int(furthest_reach(edges)))
+
+
+def _even(best: Field, dark: float) -> Flags:
+    """Which cells have neighbours of their grey."""
+    beside, logs = np.ones((3, 3), np.uint8), np.log(np.maximum(best, 0.0) + np.float32(dark))
+    return np.asarray(cv2.dilate(logs, beside) - cv2.erode(logs, beside) < EVEN)
+
+
+def _up_to_the_border(cells: Flags) -> Grey:
+    """1 for those of the cells that adjoin each other up to the border of the image."""
+    framed = np.pad(cells.astype(np.uint8), 1, constant_values=1)
+    _, pieces = cv2.connectedComponents(framed, connectivity=4)
+    return np.asarray(((pieces == pieces[0, 0]) & (framed > 0))[1:-1, 1:-1], np.uint8)
+
+
+@kernel(nogil=True)
+def _sides_met(number_at: NDArray[np.int32], points: Field, normals: Field, ground: Grey, reach: int) -> Grey:
+    rows, columns = number_at.shape
+    last_row, last_column = len(ground) - 1, ground.shape[1] - 1
+    met = np.zeros(len(points), np.uint8)
+    for i in range(len(points)):
+        nx, ny = normals[i, 0], normals[i, 1]
+        for side in (-1, 1):
+            for away in range(FIRST_PX, reach + 1):
+                u = int(points[i, 0] + np.float32(side * away) * nx + np.float32(0.5))
+                v = int(points[i, 1] + np.float32(side * away) * ny + np.float32(0.5))
+                x, y = min(max(u, 0), columns - 1), min(max(v, 0), rows - 1)
+                if ground[min(y // CELL_PX, last_row), min(x // CELL_PX, last_column)]:
+                    met[i] += 1
+                    break
+                at = number_at[y, x]
+                cosine = normals[at, 0] * nx + normals[at, 1] * ny
+                if away >= NEXT_EDGE_PX and at >= 0 and abs(cosine) > SAME_AXIS:
+                    break
+    return met
