@@ -20,7 +20,15 @@ import numpy as np
 from geometry.visibility import Samples
 from numerics.arrays import Floats
 from numerics.kernels import kernel
-from vision_server.pose.along_lines import ALONG_COSINE, Course, beside, course_at, course_of, crosses, line_courses
+from vision_server.pose.along_lines import (
+    ALONG_COSINE,
+    Course,
+    beside,
+    course_at,
+    course_of,
+    crosses,
+    line_courses,
+)
 from vision_server.pose.association import PAST_PX
 
 UNSEEN_HEIGHT = 0.5  # assumed, of an unseen neighbour's contrast over the edge's own, which no one knows

@@ -42,8 +42,8 @@ class Coefficients(NamedTuple):
     # Of the share of the visible length that is missing over MOSTLY_MISSING: an arm hides half of a part now
     # and then, a wrong model misses as much more often. By hand.
     mostly_missing: float = -10.0
-    # Of how far from the pose its last step ends from beside it, over FAR_ASTRAY. By hand: 1653 drawn estimates
-    # are the likelier the larger it is, up to 8 at least; as many right ones are trusted as without, but for one.
+    # Of how far from the pose its last step ends from beside it, over FAR_ASTRAY. By hand: 1653 drawn
+    # estimates are the likelier the larger it is, up to 8 at least; one right one fewer is trusted.
     astray: float = -6.0
 
 
