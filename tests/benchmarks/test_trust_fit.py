@@ -14,7 +14,7 @@ from geometry.model import Model
 from image_server.simulator.simulator import Simulator
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, one_image, photographed
 from vision_server.pipeline import estimate_pose
-from vision_server.pose.trust import FITTED, RIGHT_OF_WRONG_MODEL
+from vision_server.pose.trust import FAR_ASTRAY, FITTED, RIGHT_OF_WRONG_MODEL
 
 
 def rows(count: int) -> list[dict[str, object]]:
@@ -25,7 +25,7 @@ def rows(count: int) -> list[dict[str, object]]:
     return [
         {"scene": f"s{k % 20}", "model": "true", "empty": False, "pose": True, "within": bool(right[k]),
          "right": bool(right[k]), "confirmed": 30.0, "missing": 0.1, "agreeing": float(agreeing[k]),
-         "scatter": 0.3,
+         "scatter": 0.3, "astray": 0.02,
          "uncertainty": 0.001, "ambiguity": 0.0, "otherwise": 0.0, "surely_wrong": False, "gain": 0.0,
          "significance": float(rng.uniform(0.0, 4.0)), "strata": ["mild"], "normalised": 6.0, "score": 0.5}
         for k in range(count)
@@ -53,6 +53,13 @@ def test_a_model_that_is_surely_wrong_is_believed_less() -> None:
     told = [one, {**one, "surely_wrong": True}]
     likely, wrong = chance(FITTED, inputs(told))
     assert wrong == pytest.approx(RIGHT_OF_WRONG_MODEL * likely)
+
+
+def test_a_pose_that_its_last_step_leaves_is_believed_less() -> None:
+    one = rows(1)[0]
+    told = [{**one, "astray": far} for far in (0.0, FAR_ASTRAY, 0.6, 1.0)]
+    only_one, alike, doubted, left = chance(FITTED, inputs(told))
+    assert only_one == alike > 2.0 * doubted > 4.0 * left
 
 
 def test_the_command_prints_constants_and_calibration(tmp_path: Path) -> None:
