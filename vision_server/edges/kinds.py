@@ -36,10 +36,12 @@ from vision_server.edges.along import mean_along
 from vision_server.edges.background import Background, background_of
 from vision_server.edges.dark_room import lamps_in_the_dark
 from vision_server.edges.edge_map import EdgeMap
+from vision_server.edges.fading import with_fading
 from vision_server.edges.falling import Falling, learn_falling
+from vision_server.edges.ground import ONE
 from vision_server.edges.learnt_lights import learnt_lights
 from vision_server.edges.light_parts import KnownLights, apparent_parts, known_lights, parts_of
-from vision_server.edges.likelihoods import FIXED, KINDS, OUTLINE, SHADOW, likelihoods
+from vision_server.edges.likelihoods import FIXED, KINDS, NOISE, OUTLINE, SHADOW, likelihoods
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.sides import DARK_GREY, Sides, evenly_weighted, sides_of
 
@@ -132,7 +134,7 @@ def edge_kinds(channels: Sequence[ChannelStatistics], levels: Floats | None = No
     # the noise of one channel tells nothing of another's: that of their mean is so much smaller
     floor_ratio = MEAN_FLOOR_RATIO / math.sqrt(len(used))
     edges = merge_channels([evenly_weighted(channels[number]) for number in used], floor_ratio)
-    return kinds_of(edges, None if levels is None else levels[used], tuple(used))
+    return kinds_of(with_fading(edges), None if levels is None else levels[used], tuple(used))
 
 
 def different(channels: Sequence[ChannelStatistics]) -> list[int]:
@@ -185,7 +187,12 @@ def kinds_of(
     likelihood = likelihoods(sides, background, lights, falling)
     likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)
     coherence = COHERENCE if levels is None else KNOWN_COHERENCE
-    return EdgeKinds(edges, sides, *fit_kinds(coherence * mean_along(edges, likelihood)), used)
+    probability, share = fit_kinds(coherence * mean_along(edges, likelihood))
+    if background.met is not None:
+        # what fades and is no contour, as it does not meet the ground, the merge was right to leave out
+        left_out = np.flatnonzero((edges.mass == 0.0) & (background.met != ONE))
+        probability[:, left_out] = np.eye(len(KINDS))[:, [NOISE]]
+    return EdgeKinds(edges, sides, probability, share, used)
 
 
 def _falling_of(sides: Sides, background: Background, lights: KnownLights | None) -> Falling:
