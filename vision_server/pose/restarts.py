@@ -33,10 +33,10 @@ def astray(last: Settled, symmetry: Symmetry) -> float:
     symmetry
         Of the target: a turn about its free axis is none.
     """
-    return float(np.mean([_end(last, start, symmetry) for start in starts(last, symmetry)]))
+    return float(np.mean([_end(last, start, symmetry) for start in _starts(last, symmetry)]))
 
 
-def starts(last: Settled, symmetry: Symmetry) -> list[Pose]:
+def _starts(last: Settled, symmetry: Symmetry) -> list[Pose]:
     """Poses beside one, to either side of it in what its lines hold least."""
     pose, problem, samples = last.best.pose, last.best.problem, last.best.support.samples
     centre = turning_point(problem.model, pose)
