@@ -13,7 +13,7 @@ from geometry.pose import RIGHT, Pose
 from geometry.symmetries import Symmetry
 from vision_server.pose.alternatives import turned_towards, without_free_turn
 from vision_server.pose.covariance import about_camera
-from vision_server.pose.settling import SETTLING_ROUNDS, Settled, of_true_axes, one_round
+from vision_server.pose.settling import Settled, last_round, of_true_axes
 from vision_server.pose.steps import moved, step_jacobian, turning_point
 
 RESTARTED_MOTIONS = 2  # of six, those that the lines hold least, to either side
@@ -54,13 +54,10 @@ def _starts(last: Settled, symmetry: Symmetry) -> list[Pose]:
 
 def _end(last: Settled, start: Pose, symmetry: Symmetry) -> float:
     """How far from the pose, as `astray`, the last step ends from a start."""
-    pose, end, step = last.best.pose, start, np.zeros(0)
-    for _ in range(SETTLING_ROUNDS):
-        look = one_round(last.best, end)
-        if look is None:
-            return MOST_ASTRAY
-        end, step = look.pose, look.step
-    end = of_true_axes(end, last.best.problem.model, step)
+    look = last_round(last.best, start)
+    if look is None:
+        return MOST_ASTRAY
+    pose, end = last.best.pose, of_true_axes(look.pose, last.best.problem.model, look.step)
     if symmetry.free_axis is not None:
         end = turned_towards(end, pose, symmetry)
     off = end.error_to(pose)

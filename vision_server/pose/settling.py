@@ -89,7 +89,7 @@ class Round(NamedTuple):
     spread: Floats
 
 
-def one_round(best: Refined, pose: Pose) -> Round | None:
+def _one_round(best: Refined, pose: Pose) -> Round | None:
     """A look from a pose, with the problem of a refined one; None where too little holds it."""
     problem = best.problem
     seen = observe(problem, pose, EXACT_REACH_PX, best.spacing_px)
@@ -107,16 +107,24 @@ def one_round(best: Refined, pose: Pose) -> Round | None:
     return Round(pose, seen, courses, prior, step, spread)
 
 
-def settled(best: Refined) -> Settled | None:
-    """A refined pose, moved by the last step; None where too little holds it."""
-    problem, pose, last = best.problem, best.pose, None
+def last_round(best: Refined, start: Pose) -> Round | None:
+    """The last of SETTLING_ROUNDS from a start; None where too little holds one of them."""
+    last, pose = None, start
     for _ in range(SETTLING_ROUNDS):
-        last = one_round(best, pose)
+        last = _one_round(best, pose)
         if last is None:
             return None
         pose = last.pose
-    assert last is not None
-    _, seen, courses, prior, step, spread = last
+    return last
+
+
+def settled(best: Refined) -> Settled | None:
+    """A refined pose, moved by the last step; None where too little holds it."""
+    last = last_round(best, best.pose)
+    if last is None:
+        return None
+    problem = best.problem
+    pose, seen, courses, prior, step, spread = last
     support = support_at(problem, pose, best.spacing_px)
     if support is None:
         return None

@@ -16,7 +16,7 @@ from vision_server.pose import restarts
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import Refined, best_first
 from vision_server.pose.restarts import MOST_ASTRAY, astray
-from vision_server.pose.settling import Round, Settled, one_round, settled
+from vision_server.pose.settling import Round, Settled, last_round, settled
 from vision_server.pose.steps import moved, turning_point
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
@@ -41,14 +41,14 @@ def test_it_is_the_mean_of_how_far_away_starts_end(model: Model, monkeypatch: py
     last = last_step(model, linear_picture(model, CAMERA, POSE, GREYS), 0)
     pose = last.best.pose
     tilted = moved(pose, np.r_[0.0, np.radians(1.2), np.zeros(4)], turning_point(model, pose))
-    ends = iter([pose, pose, tilted, tilted, None, pose, pose])  # of two rounds, or of the one that fails
+    ends = iter([pose, tilted, None, pose])
 
-    def looked(best: Refined, _at: Pose) -> Round | None:
-        look, end = one_round(best, pose), next(ends)
+    def looked(best: Refined, _start: Pose) -> Round | None:
+        look, end = last_round(best, pose), next(ends)
         assert look is not None
         return None if end is None else look._replace(pose=end, step=np.zeros_like(look.step))
 
-    monkeypatch.setattr(restarts, "one_round", looked)
+    monkeypatch.setattr(restarts, "last_round", looked)
     assert astray(last, ASYMMETRIC) == pytest.approx((1.2 + MOST_ASTRAY) / 4.0, abs=0.01)
 
 
