@@ -41,6 +41,7 @@ from geometry.model import Model, load_model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import RIGHT, TIGHT, Pose, disturbed
 from numerics.arrays import Floats
+from vision_server import judgement, pipeline
 from vision_server.channels.gradients import SCALES_PX
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
@@ -81,6 +82,21 @@ def nearest_point(line: Any, along: Any, offset: Any, shift: Any, width: Any) ->
     return np.where(np.isfinite(away).any(axis=2), away.argmin(axis=2), -1)
 
 
+def unbent(samples: Any, softness: Any, filter_px: Any) -> Any:
+    """No bend of a line moves its edge."""
+    return np.zeros(softness[:, samples.line].shape)
+
+
+def no_outlines(model: Any, camera: Any, pose: Any, samples: Any) -> Any:
+    """Outlines of curved surfaces are edges as others are."""
+    return np.zeros(len(samples.line))
+
+
+def as_meshed(model: Any, pose: Any, seen: Any) -> Any:
+    """Every part has its model's facets."""
+    return np.empty((len(seen.samples.line), 0))
+
+
 ROWS: dict[str, tuple[Patch, ...]] = {
     "default": (),
     "no association": ((observation, "associate", lambda *_: None),),
@@ -92,6 +108,13 @@ ROWS: dict[str, tuple[Patch, ...]] = {
     "no near symmetries": tuple((module, "near_symmetries", lambda _: ()) for module in (ranking, rivals)),
     "neighbours move no edge": ((observation, "blended", no_blending),),
     "neighbours' edges not moved back": ((observation, "blended", none_seen),),
+    "bends move no edge": ((observation, "drawn_in", unbent),),
+    "outlines as other edges": ((observation, "inside_of", no_outlines),),
+    "facets as modelled": ((settling, "motion_of_roundness", as_meshed),),
+    "no spin": ((ranking, "spun", lambda *_: []),),
+    "no coarse look": ((pipeline, "MORE_IN_COARSE", math.inf),),
+    "no restarts": ((judgement, "astray", lambda *_: None),),
+    "no look the other way": ((judgement, "the_other_way", lambda *_: 0.0),),
     "no last step": ((likely, "settled", lambda _: None),),
     "no stretch in the last step": ((settling, "STRETCH_SDS", ()),),
     "no profiles": (
