@@ -44,7 +44,7 @@ LEAST_CHANCE = 1e-9  # of a pose's being right, or wrong
 DRAWS = 200  # of what is right, by the probabilities themselves
 CHI_SQUARED_99 = 16.81  # of six degrees of freedom
 STRATA = ("mild", "dark", "blurred", "hidden", "few lines", "symmetric")
-BY_LINES = Coefficients._fields[:7]
+BY_LINES = Coefficients._fields[:5]
 OF_LAST_STEP = ("settled_bias", "agreeing", "log_scatter", "log2_stretch")
 
 app = typer.Typer(help=__doc__, add_completion=False)
@@ -83,6 +83,7 @@ def inputs(rows: Sequence[Row], settled: bool = True) -> list[dict[str, Any]]:
             "uncertainty": row["uncertainty"],
             "doubt": SimpleNamespace(
                 gain=row["gain"],
+                borne_out=row["borne_out"],
                 significance=row["significance"],
                 otherwise=row["otherwise"],
                 suspected=row["surely_wrong"] or None,

@@ -27,7 +27,8 @@ def rows(count: int) -> list[dict[str, object]]:
          "right": bool(right[k]), "confirmed": 30.0, "missing": 0.1, "agreeing": float(agreeing[k]),
          "scatter": 0.3, "astray": 0.02,
          "uncertainty": 0.001, "ambiguity": 0.0, "otherwise": 0.0, "surely_wrong": False, "gain": 0.0,
-         "significance": float(rng.uniform(0.0, 4.0)), "strata": ["mild"], "normalised": 6.0, "score": 0.5}
+         "borne_out": 1.0, "significance": float(rng.uniform(0.0, 4.0)), "strata": ["mild"],
+         "normalised": 6.0, "score": 0.5}
         for k in range(count)
     ]  # fmt: skip
 

@@ -20,7 +20,7 @@ from numerics.arrays import Floats
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.ranking import COARSE_REACHES_PX, COARSENING, Refined, of_fewer_lines, refined
 from vision_server.pose.support import support_at
-from vision_server.pose.trust import odds
+from vision_server.pose.trust import MOST_ODDS, odds
 
 Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
 
@@ -38,7 +38,6 @@ HERE_NATS, HERE_COARSENING = 30.0, 3.0
 # thing in the way hides many lines. A plain back then misses less than a front that is half hidden, but has
 # fewer of the edges (chosen by hand).
 LOST_TIMES, LITTLE_LOST_NATS = 3.0, 5.0
-MOST_ODDS = 1000.0  # larger ones leave the pose no less belief
 SAME_CORNERS_SHARE = 1e-3  # of the diameter, between corners of one model and of a same one (by hand)
 FIRST_CORNERS = 16  # that are asked first whether two models are the same
 FEW_CORNERS = 500  # are all held against all: in 15 ms, a tenth of what it takes to load SciPy

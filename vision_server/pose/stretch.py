@@ -35,7 +35,9 @@ FAR_BANDS_PX = (*BANDS_PX, 120.0)  # where one end of a part is kept, and the ot
 HELD_SUPPORT = 0.6  # of a line whose edge points hold the pose (by hand)
 SCANNED = np.r_[-np.arange(2, 26), np.arange(2, 26)] * 0.01  # 2 to 25 %, as logarithms
 MOST_ENDS = 2  # ways of keeping one end of a part that are followed
-WORTH_EXPLAINED = 0.03  # of the visible length, that a fit must explain besides (by hand)
+# Of the visible length, that a fit must explain besides. By hand: of 120 right poses of drawn scenes eleven
+# have one that does, and of 131 wrong models most.
+WORTH_EXPLAINED = 0.005
 STRAINS = np.zeros((6, 3, 3))  # of the axes, and between two of them: the angle that is no longer a right one
 STRAINS[range(3), range(3), range(3)] = 1.0
 for _shear, (_one, _other) in enumerate(((0, 1), (0, 2), (1, 2)), start=3):
@@ -44,7 +46,7 @@ BETWEEN_AXES = np.array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0]])
 
 
 def misfit(best: Refined) -> Misfit:
-    """Look for a stretched model that fits better than a pose's own."""
+    """Look for a stretched model that explains more than a pose's own."""
     step, covariance = strain_of(best.problem.model, best.solution, 3)
     significance = significance_of(step, covariance)
     gain, found = 0.0, np.r_[step, np.zeros(3)]
@@ -52,9 +54,9 @@ def misfit(best: Refined) -> Misfit:
     starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
     itself = refined(best.problem, best.pose, FIT_REACHES_PX, best.spacing_px, COARSENING) if starts else None
     better_one = best if itself is None else itself
-    if itself is not None and itself.quality > 0.0:
+    if itself is not None:
         for strain, fit in _followed(best, starts):
-            better = math.log2(max(fit.quality, 1e-9) / itself.quality)
+            better = fit.support.evidence - itself.support.evidence
             if better > gain and max(np.ptp(strain[:3]), *np.abs(strain[3:])) >= LEAST_STRETCH:
                 gain, found, better_one = better, strain, fit
     found[:3] -= found[:3].mean()

@@ -27,8 +27,6 @@ class Coefficients(NamedTuple):
     log2_confirmed: float = 1.32  # of 1 + the evidence of the lines that are there, nats
     log2_missing: float = -1.25  # of 1 + the share of the visible length in missing lines over SOME_MISSING
     log_uncertainty: float = -1.07  # of the uncertainty over RIGHT_UNCERTAINTY
-    root_gain: float = -2.26  # of how much better a stretched model fits
-    gain: float = -1.22  # of what of that is over CLEAR_GAIN
     log2_significance: float = -1.04  # of 1 + the squared stretch over USUAL_STRETCH_CHI2
     # Of a pose that has taken the last step: fitted to 2021 estimates of 310 drawn scenes. Missing lines do
     # not agree, and the uncertainty is in how far off the pose may be: neither counts twice.
@@ -53,22 +51,26 @@ MOST_CONFIRMED, MOST_OF_ALL = 63.0, 255.0
 SOME_MISSING, MOSTLY_MISSING = 0.1, 0.45  # shares of the visible length that are missing
 AGREEMENT_ROOM, SCATTER_ROOM = 0.05, 0.02  # that keep the logarithms of agreement finite
 FAR_ASTRAY = 0.3  # in what makes a pose wrong; of 742 right poses that are trusted five have more (by hand)
-CLEAR_GAIN = 0.3  # of a stretched model, log2 of the quality's ratio
 USUAL_STRETCH_CHI2 = 4.0  # squared stretch that true models hardly exceed
 # Ambiguity from which on lines that agree say nothing for a pose: its rival shares them. By hand.
 SHARED = 0.01
 RIGHT_UNCERTAINTY = RIGHT[1]  # 1 % of the range or 1 degree, see `covariance.uncertainty`
 LEAST_STRETCH = 0.01  # of an axis against another, for a fit to be of another part: what moves a pose by 1 %
 # A model is wrong, not perhaps, from here on: of a true one, in 89 sets of two and five images of 45 scenes,
-# the significance is 5.1 and the gain 1.5 at most (benchmarks.wrong_models).
-SURELY_SIGNIFICANT, SURE_GAIN = 10.0, 2.0
-# Nor is it wrong where lines that speak against the other model take back more than two fifths of what others
+# the significance is 5.1 at most (benchmarks.wrong_models), and of 240 right poses of drawn scenes none
+# leaves 20 nats to a stretched one.
+SURELY_SIGNIFICANT, SURE_NATS = 10.0, 20.0
+# Nats that a model is unlikely to be stretched. By hand: from 10 to 13 the likelihood of 534 drawn estimates,
+# 329 of them with wrong models, hardly changes; stretched ones are looked for over two hundred ways.
+STRETCHED_NATS = 12.0
+# Nor is it so where lines that speak against the other model take back more than two fifths of what others
 # speak for it: in poor light it fits what is there by chance. Of 19 ray-traced sessions with a wrong model
 # 0.74 and more is left; of four with a true one, two of them at wrong poses, 0.46 at most.
 LEAST_BORNE_OUT = 0.6
 RIGHT_OF_WRONG_MODEL = 0.66  # share of such poses that are right: 23 of 35 with a model 2 % too long
 ERROR_OVER_SD = 1.3  # of poses in hard light, over stated standard deviations: by their 90th percentile
 RIVAL_NATS = 3.0  # of evidence between two poses, for odds of e: neighbouring lines speak together; by hand
+MOST_ODDS = 1000.0  # of another model; larger ones leave the pose no less belief
 LEAST_UNCERTAINTY = 0.0005  # being surer than this is no further reason to believe
 WORTH_DOUBTING = 0.05  # a less likely pose is not believed anyway
 WORTH_TURNING = 0.8  # whether its model is the right way round; a less likely one is not trusted anyway
@@ -91,7 +93,7 @@ class Misfit:
         Squared stretch of the axes against each other in units of its covariance, where the lines are: of 2
         degrees of freedom for a true model.
     gain
-        Quality of the best stretched model over the model's own, as a power of 2; 0 for none.
+        Evidence of the best stretched model beyond the model's own, nats; 0 for none.
     strain
         (6,), of that model, or of the lines where they are, see `stretch.stretched`.
     otherwise
@@ -114,7 +116,7 @@ class Misfit:
     @property
     def suspected(self) -> Excess | None:
         """What is wrong with the model, by how much better another does, whatever speaks against that."""
-        if self.significance < SURELY_SIGNIFICANT and self.gain < SURE_GAIN:
+        if self.significance < SURELY_SIGNIFICANT and self.gain < SURE_NATS:
             return None
         scales = self.strain[:3]
         beside = [1.5 * (scale - sum(scales) / 3.0) for scale in scales]  # against the mean of the other two
@@ -183,7 +185,7 @@ def belief(
         settled = _settled(support, doubt, agreement, by)
         logit = settled if ambiguity < SHARED else min(settled, logit)
     if doubt is not None:
-        ambiguity = max(ambiguity, doubt.otherwise)
+        ambiguity = max(ambiguity, doubt.otherwise, stretched_odds(doubt))
     right = 1.0 if doubt is None or doubt.suspected is None else RIGHT_OF_WRONG_MODEL
     return shared(right / (1.0 + math.exp(-logit)), ambiguity)
 
@@ -201,7 +203,7 @@ def _by_lines(support: PoseSupport, uncertainty: float, doubt: Misfit | None, by
         + by.log2_missing * math.log2(1.0 + support.missing / SOME_MISSING)
         + by.log_uncertainty * math.log(max(uncertainty, LEAST_UNCERTAINTY) / RIGHT_UNCERTAINTY)
     )
-    return logit + (0.0 if doubt is None else _of_other_models(doubt, by.log2_significance, by))
+    return logit + (0.0 if doubt is None else _of_stretch(doubt, by.log2_significance))
 
 
 def _settled(support: PoseSupport, doubt: Misfit | None, agreement: LineAgreement, by: Coefficients) -> float:
@@ -218,13 +220,19 @@ def _settled(support: PoseSupport, doubt: Misfit | None, agreement: LineAgreemen
     )
     if agreement.astray is not None:
         logit += by.astray * max(0.0, agreement.astray - FAR_ASTRAY)
-    return logit + (0.0 if doubt is None else _of_other_models(doubt, by.log2_stretch, by))
+    return logit + (0.0 if doubt is None else _of_stretch(doubt, by.log2_stretch))
 
 
-def _of_other_models(doubt: Misfit, per_log2_stretch: float, by: Coefficients) -> float:
-    """What another model's doing better speaks against a pose, as log odds."""
-    gain = by.root_gain * math.sqrt(max(0.0, doubt.gain)) + by.gain * max(0.0, doubt.gain - CLEAR_GAIN)
-    return gain + per_log2_stretch * math.log2(1.0 + doubt.significance / USUAL_STRETCH_CHI2)
+def _of_stretch(doubt: Misfit, per_log2: float) -> float:
+    """What edge points that ask for other axes speak against a pose, as log odds."""
+    return per_log2 * math.log2(1.0 + doubt.significance / USUAL_STRETCH_CHI2)
+
+
+def stretched_odds(doubt: Misfit) -> float:
+    """Chance of a stretched model over a pose's own, at most MOST_ODDS; 0 where too little bears it out."""
+    if doubt.gain <= 0.0 or doubt.borne_out < LEAST_BORNE_OUT:
+        return 0.0
+    return math.exp(min(math.log(MOST_ODDS), (doubt.gain - STRETCHED_NATS) / RIVAL_NATS))
 
 
 def odds(
