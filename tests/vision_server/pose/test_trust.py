@@ -10,7 +10,16 @@ from vision_server.pipeline import SURE_SCORE
 from vision_server.pose.hidden_together import NOT_SEEN_NATS
 from vision_server.pose.rivals import TURNED_NATS
 from vision_server.pose.support import PoseSupport
-from vision_server.pose.trust import LineAgreement, Misfit, ambiguity, confidence, odds
+from vision_server.pose.trust import (
+    ERROR_OVER_SD,
+    RIVAL_NATS,
+    STRETCHED_NATS,
+    LineAgreement,
+    Misfit,
+    ambiguity,
+    confidence,
+    odds,
+)
 
 SPACING_PX, APART_PX = 2.0, 10.0
 
@@ -134,6 +143,15 @@ def test_lines_that_a_rival_shares_do_not_speak_for_a_pose() -> None:
     assert confidence(good, 0.036, 0.001, None, LineAgreement(0.4, 0.3)) < alone
 
 
-def test_a_pose_of_one_degree_is_right_in_half_of_the_cases_at_most() -> None:
-    within = math.erf(1.0 / (math.sqrt(2.0) * 1.3))
-    assert confidence(support(*[1.0] * 20), 0.0, 0.01) <= within
+def test_a_pose_that_may_be_off_by_a_degree_is_right_in_two_of_three_cases_at_most() -> None:
+    within = math.erf(1.0 / (math.sqrt(2.0) * ERROR_OVER_SD))
+    assert confidence(support(*[1.0] * 20), 0.0, 0.01) <= within < 2.0 / 3.0
+
+
+def test_a_stretched_model_is_a_rival_by_its_evidence() -> None:
+    good, agreed = support(*[1.0] * 20), LineAgreement(1.0, 0.1)
+    alone = confidence(good, 0.0, 0.001, None, agreed)
+    even = confidence(good, 0.0, 0.001, Misfit(0.0, STRETCHED_NATS), agreed)
+    assert even == pytest.approx(0.5 * alone)
+    assert confidence(good, 0.0, 0.001, Misfit(0.0, STRETCHED_NATS + RIVAL_NATS), agreed) < 0.3 * alone
+    assert confidence(good, 0.0, 0.001, Misfit(0.0, STRETCHED_NATS, borne_out=0.5), agreed) == alone
