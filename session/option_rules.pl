@@ -96,7 +96,7 @@ rule(Options, "--first-range ~w must be more than --contact-range, ~w m: give an
 rule(Options, "--~w: '~w' is not an endpoint such as tcp://127.0.0.1:5555 or ipc:///tmp/vision", [Dashed, Endpoint]) :-
     member(Name, [image_server, vision_server]),
     given(Name, Options, Endpoint),
-    \+ ( member(Scheme, ['tcp://', 'ipc://']), sub_atom(Endpoint, 0, _, _, Scheme) ),
+    \+ endpoint(Endpoint),
     dashes(Name, Dashed).
 rule(Options, "--~w: no file '~w'", [Dashed, File]) :-
     member(Name, [camera_model, seed_pose]),
@@ -120,6 +120,18 @@ rule(Options, "--~w: no folder '~w'", [Name, Dir]) :-
     member(Name, [stack, keys]),
     given(Name, Options, Dir),
     \+ exists_directory(Dir).
+
+%   Where a server may listen: a socket file, or a port of a machine.
+endpoint(Endpoint) :-
+    atom_concat('ipc://', Path, Endpoint),
+    Path \== ''.
+endpoint(Endpoint) :-
+    atom_concat('tcp://', Address, Endpoint),
+    sub_atom(Address, Before, 1, After, ':'),
+    Before > 0,
+    sub_atom(Address, _, After, 0, Port),
+    catch(atom_number(Port, Number), error(_, _), fail),
+    between(1, 65535, Number).
 
 %!  approach_ranges(+Options, -First, -Contact) is det.
 %

@@ -19,7 +19,7 @@
 known(controller, atom, 'NAME_OR_FILE',
       "Strategy: ~w (default: heuristic), or a Golog file").
 known(target, atom, 'NAME_OR_FILE',
-      "cube (default; for --approach: fixture), fixture, satellite, or a model file (.cao .obj .stl .ply .glb); --camera has no default").
+      "cube (default; for --approach: fixture), fixture, satellite, or a model file (.cao .obj .stl .ply .glb .gltf); --camera has no default").
 known(unit, oneof([m, cm, mm, in]), 'UNIT',
       "Unit of the numbers in the model file of --target: m (default), cm, mm or in").
 known(scenario, atom, 'NAME_OR_FILE',
@@ -28,8 +28,8 @@ known(stack, atom, 'DIR', "Replay a folder of recorded light stacks instead of s
 known(camera, atom, 'DEV_OR_TOML', "Use a V4L2 camera: its device, such as /dev/video0, or its TOML file").
 known(lights, atom, 'DEV_OR_TOML',
       "With --camera: serial device of the lights, such as /dev/ttyUSB0, or their TOML file").
-known(camera_model, atom, 'TOML', "TOML file with [camera], where the image server has none").
-known(seed_pose, atom, 'TOML', "TOML file with [target.seed_pose], where the image server has none").
+known(camera_model, atom, 'TOML', "TOML file with [camera], used before what the image server has").
+known(seed_pose, atom, 'TOML', "TOML file with [target.seed_pose], used before the image server's").
 known(first_sight, boolean, '', "Look for the target everywhere, whatever seed pose is known").
 known(image_server, atom, 'ENDPOINT', "Use a running image server, e.g. tcp://127.0.0.1:5555").
 known(vision_server, atom, 'ENDPOINT', "Use a running vision server").

@@ -203,6 +203,10 @@ without_pose(_, Readings, 'light: every image is black where the target should b
     Readings = [_|_],
     forall(member(reading(_, statistics(_, Highlight, _, _, _)), Readings), black(Highlight)),
     !.
+without_pose(Result, _, 'a strategy that decides on each image (keep_image, drop_image): this one left the last one open') :-
+    length(Result.steps, Decided),
+    Decided < Result.iterations,
+    !.
 without_pose(_, _, 'is the target in view, and its model of the right size (--unit)? --explain tells what was seen').
 
 black(Highlight) :-

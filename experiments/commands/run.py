@@ -20,7 +20,8 @@ from experiments.units import unit_doubts
 def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
     parser.description = (
-        f"{parser.description} Exit status: 0 computed, 4 every cell that was computed failed, 2 bad input."
+        f"{parser.description} Exit status: 0 computed, 2 bad input, "
+        "4 every cell that was computed failed, or the workers or the disk did."
     )
     parser.add_argument("plan", type=Path, metavar="PLAN.toml", help="Axes whose product is cells.")
     parser.add_argument(

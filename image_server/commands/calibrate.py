@@ -13,13 +13,14 @@ def add_options(parser: ArgumentParser) -> None:
     """Options of the command."""
     parser.add_argument("out", type=output_file, metavar="OUT.toml", help="Camera file to write.")
     add_camera(parser)
-    parser.add_argument("--pixel-format", help="GREY, Y16, YUYV or MJPG.")
+    parser.add_argument("--pixel-format", metavar="NAME", help="GREY, Y16, YUYV or MJPG.")
     usual = "; as the camera has it now when left out."
     parser.add_argument("--width", type=whole_number(1), metavar="PX", help=f"Of the frames, px{usual}")
     parser.add_argument("--height", type=whole_number(1), metavar="PX", help=f"Of the frames, px{usual}")
     parser.add_argument("--frame-rate", type=number(0.01), metavar="N", help=f"Frames a second{usual}")
     parser.add_argument(
         "--widest-aperture",
+        metavar="N",
         type=number(0.1),
         help="f-number of the open iris, where it has a control.",
     )

@@ -19,13 +19,14 @@ AS_IN_THE_FILE: Conditions = (None, None, None, None)
 
 def add_events(parser: ArgumentParser) -> None:
     """Where a server tells what happens."""
-    parser.add_argument("--events", help="Where to publish events; none: not published.")
+    parser.add_argument("--events", metavar="ENDPOINT", help="Where to publish events (default: nowhere).")
 
 
 def add_seed(parser: ArgumentParser) -> None:
     """Where random draws come from."""
     parser.add_argument(
         "--seed",
+        metavar="N",
         type=whole_number(0, MOST_SEED),
         default=0,
         help="Seed of every random draw: noise, and the simulator's poses (default: %(default)s).",
@@ -37,6 +38,7 @@ def add_past(parser: ArgumentParser) -> None:
     """What a session has done before that goes on with this server."""
     parser.add_argument(
         "--captures-taken",
+        metavar="N",
         type=whole_number(0),
         default=0,
         help="Frames taken before by a session that goes on: noise is drawn from there"
@@ -91,12 +93,16 @@ def add_conditions(parser: ArgumentParser) -> None:
     """Light and blur instead of those in a stack or scenario file."""
     parser.add_argument(
         "--ambient-scale",
+        metavar="FACTOR",
         type=number(0),
         help="Strength of the sun instead of the one in the file; 0 is eclipse, 20 harsh.",
     )
-    parser.add_argument("--light-power", type=number(0), help="Multiply the power of every light.")
+    parser.add_argument(
+        "--light-power", type=number(0), metavar="FACTOR", help="Multiply the power of every light."
+    )
     parser.add_argument(
         "--defocus-sigma-px",
+        metavar="PX",
         type=number(0),
         help="Blur at the widest aperture, px, instead of the one in the file.",
     )
@@ -161,6 +167,7 @@ def add_equipment(parser: ArgumentParser) -> None:
     parser.add_argument("--seed-pose", type=Path, metavar="TOML", help="File with [target.seed_pose].")
     parser.add_argument(
         "--dark-after-s",
+        metavar="S",
         type=number(0),
         help="Turn the lights off when no request has come for so long; 0: never. Default: lights file.",
     )

@@ -55,18 +55,21 @@ def add_options(parser: ArgumentParser) -> None:
     add_seed(parser)
     parser.add_argument(
         "--repeat",
+        metavar="N",
         type=whole_number(1, 1000),
         default=1,
         help="Frames per setting (default: %(default)s).",
     )
     parser.add_argument(
         "--average",
+        metavar="N",
         type=whole_number(1, 1000),
         default=16,
         help="For basis: frames that are averaged (default: %(default)s).",
     )
     parser.add_argument(
         "--black",
+        metavar="GREY",
         type=number(0, 128),
         default=0.0,
         help="For basis: grey value with the lens capped (default: %(default)s).",

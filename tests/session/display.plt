@@ -60,7 +60,8 @@ test(black_images_are_said_to_be_so,
      [forall(member(Second-Begin, [0.001-'light: every image is black', 0.1-'is the target in view'])),
       true(sub_atom(First, 0, _, _, Begin))]) :-
     advised(10, [reading(s, statistics(0, 0, 1, 0, unknown)), reading(s, statistics(0, Second, 1, 0, unknown))],
-            result{status:exhausted, pose:null, iterations:2, steps:[], controller:heuristic}, Advised),
+            result{status:exhausted, pose:null, iterations:2, controller:heuristic,
+                   steps:[step{decision:discard, pose:null}, step{decision:discard, pose:null}]}, Advised),
     get_dict(advice, Advised, [First|_]).
 test(many_lights_are_counted, true(sub_string(Text, _, _, _, "`position` of 40 lights is not told"))) :-
     findall(Name, ( between(1, 40, N), atom_concat(ring, N, Name) ), Names),

@@ -107,6 +107,7 @@ REFUSED: list[tuple[list[str], list[str]]] = [
     (["--resume", "/nowhere"], ["--resume", "/nowhere"]),
     (["--again", "/nowhere"], ["--again", "/nowhere"]),
     (["--image-server", "localhost:1"], ["--image-server", "endpoint"]),
+    (["--image-server", "tcp://localhost"], ["'tcp://localhost' is not an endpoint"]),
     (["--unit", "ell"], ["--unit", "m, cm, mm, in"]),
     (["--unit", "mm"], ["--unit", "--target"]),
     (["--camera-model", "/nowhere.toml"], ["--camera-model", "/nowhere.toml"]),

@@ -157,6 +157,7 @@ def test_what_it_prints_is_not_in_the_result_that_json_asks_for(tmp_path: Path) 
     [
         ("[]", "takes an image"),
         ("[choose_reference, take_image, measure, drop_image(no)]", "discarded all that did"),
+        ("[choose_reference, take_image, measure]", "left the last one open"),
     ],
 )
 def test_no_pose_for_its_own_sake_is_not_put_down_to_the_target(

@@ -31,7 +31,11 @@ def add_options(parser: ArgumentParser) -> None:
         "--board", type=picture_file, metavar="PNG", help="Write a board to print, at 300 dots an inch."
     )
     parser.add_argument(
-        "--square-mm", type=number(1.0, 500.0), default=25.0, help="Of that board (default: %(default)g)."
+        "--square-mm",
+        type=number(1.0, 500.0),
+        default=25.0,
+        metavar="MM",
+        help="Side of its squares (default: %(default)g).",
     )
 
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bridge.command_line import counted
 from bridge.errors import BadInput
 from vision_server.commands.options import warn
 
@@ -111,7 +112,8 @@ def parse_exposures(text: str | None, count: int) -> list[float]:
         ) from None
     if len(exposures) != count:
         raise BadInput(
-            f"--exposures names {len(exposures)} numbers for {count} images.", "Give one for each."
+            f"--exposures names {counted(len(exposures), 'number')} for {counted(count, 'image')}.",
+            "Give one for each.",
         )
     if not all(math.isfinite(e) and e > 0.0 for e in exposures):
         raise BadInput(f"--exposures {text!r} must be positive numbers.")

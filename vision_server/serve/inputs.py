@@ -223,7 +223,8 @@ def size_warning(model: Model, camera: Camera, seed_pose: Pose) -> str | None:
     share = picture_px(model, camera, seed_pose) / camera.width
     if SIZES_SEEN[0] <= share <= SIZES_SEEN[1]:
         return None
+    unit = "mm" if share > 1.0 else "m"
     return (
         f"the model is {model.diameter:.3g} m across and would be {share:.2g} times as wide as the frame "
-        "from the seed pose. Check the model's unit (--unit mm?) and the seed pose's range."
+        f"from the seed pose. Check the model's unit (--unit {unit}?) and the seed pose's range."
     )
