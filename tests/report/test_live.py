@@ -132,7 +132,7 @@ def test_one_of_two_browsers_goes_away_in_the_middle_and_the_other_sees_the_end(
         hold_soon(tmp_path)
         with Browser() as stays:
             stays.open(address)
-            with Browser() as leaves:
+            with Browser(alone=True) as leaves:
                 leaves.open(address)
                 for page in (stays, leaves):
                     page.until('document.querySelector("#status .badge")?.innerText == "paused"')
