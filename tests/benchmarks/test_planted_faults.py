@@ -7,12 +7,24 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.planted_faults import KINDS, MOVED, Fault, Planted, drawn, pictured, relit, turned, with_arm
+from benchmarks.planted_faults import (
+    KINDS,
+    MOVED,
+    Fault,
+    Planted,
+    drawn,
+    opened,
+    pictured,
+    relit,
+    turned,
+    with_arm,
+)
 from benchmarks.surprises import first_settings
 from bridge.messages import LightDescription, Settings
 from geometry.camera import Camera
 from geometry.model import load_model
 from geometry.pose import Pose
+from image_server.serve.device import Frame
 
 CAMERA = Camera(320, 240, 400.0, 400.0, 159.5, 119.5)
 LIT = Settings(lights=(7, 0, 3), shutter_s=1 / 60, aperture=4.0)
@@ -60,15 +72,30 @@ def test_an_arm_hides_a_part_of_the_target_and_not_all() -> None:
         assert 0.1 < changed[region].mean() < 0.5
 
 
+@pytest.fixture(scope="module")
+def asked() -> list[Settings]:
+    """Two settings, one after the other."""
+    first = first_settings(opened("nominal", 1)[0].describe())
+    return [
+        Settings(lights=lights, shutter_s=first.shutter_s, aperture=first.aperture)
+        for lights in ((7, 0, 7), (7, 7, 0))
+    ]
+
+
+@pytest.fixture(scope="module")
+def plain(asked: list[Settings], tmp_path_factory: pytest.TempPathFactory) -> list[Frame]:
+    """What is seen under them without a fault."""
+    device = Planted("nominal", 1, "nothing", 2, tmp_path_factory.mktemp("plain"))
+    return [device.capture(settings) for settings in asked]
+
+
 @pytest.mark.parametrize("kind", ["nothing", *KINDS])
-def test_a_fault_comes_when_it_is_to_come_and_is_not_told(kind: str, tmp_path: Path) -> None:
+def test_a_fault_comes_when_it_is_to_come_and_is_not_told(
+    kind: str, asked: list[Settings], plain: list[Frame], tmp_path: Path
+) -> None:
     device = Planted("nominal", 1, kind, 2, tmp_path)
-    settings = first_settings(device.describe())
-    one, other = ((7, 0, 7), (7, 7, 0))
-    plain = Planted("nominal", 1, "nothing", 2, tmp_path)
-    for number, lights in enumerate((one, other), 1):
-        asked = Settings(lights=lights, shutter_s=settings.shutter_s, aperture=settings.aperture)
-        frame, without = device.capture(asked), plain.capture(asked)
+    for number, (settings, without) in enumerate(zip(asked, plain, strict=True), 1):
+        frame = device.capture(settings)
         assert frame.applied == without.applied
         assert frame.verified
         happened = number == 2 and kind not in ("nothing", "model_wrong")

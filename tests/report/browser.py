@@ -1,5 +1,6 @@
 """Headless Chromium for the tests, over the pipe of its DevTools protocol."""
 
+import atexit
 import base64
 import json
 import os
@@ -8,6 +9,7 @@ import shutil
 import subprocess
 import tempfile
 import time
+from functools import cache
 from pathlib import Path
 from typing import Any, Self
 
@@ -24,17 +26,10 @@ def chromium() -> str:
     return program
 
 
-class Browser:
-    """One page of headless Chromium; a test without Chromium is skipped.
+class _Chromium:
+    """The program, which shows pages to whom it is told by the pipe."""
 
-    Parameters
-    ----------
-    width, height : of the window, CSS px.
-    dark : whether the page is told that dark colours are preferred.
-    """
-
-    def __init__(self, width: int = 1200, height: int = 900, dark: bool = False) -> None:
-        program = chromium()
+    def __init__(self, program: str) -> None:
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
         there, self._to = os.pipe()
         self._from, back = os.pipe()
@@ -48,23 +43,8 @@ class Browser:
         os.close(back)
         self._buffer = b""
         self._number = 0
-        self._session: str | None = None
-        target = self.call("Target.createTarget", url="about:blank")["targetId"]
-        self._session = self.call("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
-        self.call(
-            "Emulation.setDeviceMetricsOverride",
-            width=width,
-            height=height,
-            deviceScaleFactor=1,
-            mobile=False,
-        )
-        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
-        self.call("Emulation.setEmulatedMedia", features=[scheme])
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
+    def close(self) -> None:
         os.close(self._to)  # then it ends by itself, its children too
         os.close(self._from)
         try:
@@ -74,12 +54,12 @@ class Browser:
             self._process.wait(60)
         self._folder.cleanup()
 
-    def call(self, method: str, **params: Any) -> dict[str, Any]:
-        """The result of one DevTools method."""
+    def call(self, method: str, session: str | None = None, **params: Any) -> dict[str, Any]:
+        """The result of one DevTools method, of the program or of one of its pages."""
         self._number += 1
         message = {"id": self._number, "method": method, "params": params}
-        if self._session is not None:
-            message["sessionId"] = self._session
+        if session is not None:
+            message["sessionId"] = session
         os.write(self._to, json.dumps(message).encode() + b"\0")
         deadline = time.monotonic() + DEADLINE_S
         while True:
@@ -94,6 +74,59 @@ class Browser:
                 assert "error" not in found, found
                 result: dict[str, Any] = found["result"]
                 return result
+
+
+@cache
+def _shared(program: str) -> _Chromium:
+    """The one of this process: to start it takes longer than most pages."""
+    running = _Chromium(program)
+    atexit.register(running.close)
+    return running
+
+
+class Browser:
+    """One page of headless Chromium that shares nothing with others; a test without Chromium is skipped.
+
+    Parameters
+    ----------
+    width, height : of the window, CSS px.
+    dark : whether the page is told that dark colours are preferred.
+    alone : in a program of its own, which ends with the page.
+    """
+
+    def __init__(self, width: int = 1200, height: int = 900, dark: bool = False, alone: bool = False) -> None:
+        program = chromium()
+        self._alone = alone
+        self._chromium = _Chromium(program) if alone else _shared(program)
+        self._session: str | None = None
+        self._context = self.call("Target.createBrowserContext")["browserContextId"]
+        page = self.call("Target.createTarget", url="about:blank", browserContextId=self._context)
+        self._session = self.call("Target.attachToTarget", targetId=page["targetId"], flatten=True)[
+            "sessionId"
+        ]
+        self.call(
+            "Emulation.setDeviceMetricsOverride",
+            width=width,
+            height=height,
+            deviceScaleFactor=1,
+            mobile=False,
+        )
+        scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
+        self.call("Emulation.setEmulatedMedia", features=[scheme])
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._alone:
+            self._chromium.close()
+        else:
+            self._session = None
+            self.call("Target.disposeBrowserContext", browserContextId=self._context)
+
+    def call(self, method: str, **params: Any) -> dict[str, Any]:
+        """The result of one DevTools method."""
+        return self._chromium.call(method, self._session, **params)
 
     def open(self, address: str) -> None:
         """Go to a page."""

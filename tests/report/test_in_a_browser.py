@@ -7,6 +7,7 @@ import pytest
 
 from tests.report.browser import Browser, chromium
 from tests.report.viewers import view_of
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
@@ -49,7 +50,8 @@ def approach(tmp_path_factory: pytest.TempPathFactory) -> Path:
     chromium()
     out = tmp_path_factory.mktemp("approach") / "run"
     ranges = ("--first-range", "0.8", "--contact-range", "0.5")
-    done = served("--approach", *ranges, "--out", out, "--seed", "3", "--quiet")
+    scene = ("--approach", *ranges, "--scenario", small("approach"), "--seed", "3")
+    done = served(*scene, "--out", out, "--quiet")
     assert done.returncode in (0, 3), done.stderr
     return out
 

@@ -18,6 +18,7 @@ from tests.report.browser import Browser, chromium
 from tests.report.run_folders import RunMaker
 from tests.report.viewers import ADDRESS, asked, listening, next_part, told, view_of
 from tests.session.command import ROOT, gone, start_controller
+from tests.session.scenes import small
 from tests.session.serving import KEEPING
 
 pytestmark = pytest.mark.slow
@@ -27,7 +28,7 @@ ENDLESS = ("--controller", "greedy", "--threshold", "0.000001", "--max-iteration
 
 def test_a_real_session_is_followed_paused_stepped_and_seen_to_its_end(tmp_path: Path) -> None:
     chromium()
-    session = start_controller("--view", "--out", tmp_path, *ENDLESS, "--no-report")
+    session = start_controller("--view", "--out", tmp_path, "--scenario", small(), *ENDLESS, "--no-report")
     assert session.stderr is not None
     try:
         address = next(found[1] for line in session.stderr if (found := ADDRESS.match(line)))
@@ -85,7 +86,8 @@ def hold_soon(folder: Path) -> None:
 
 
 def test_a_session_that_is_told_to_stop_ends_as_by_sigterm_and_its_view_with_it(tmp_path: Path) -> None:
-    session = start_controller("--view", "--out", tmp_path, *ENDLESS, "--no-report", *KEEPING)
+    options = ("--scenario", small(), *ENDLESS, "--no-report", *KEEPING)
+    session = start_controller("--view", "--out", tmp_path, *options)
     assert session.stderr is not None
     address = next(found[1] for line in session.stderr if (found := ADDRESS.match(line)))
     viewers = [int(view.name) for view in views_of(tmp_path)]
@@ -124,7 +126,7 @@ def test_one_of_two_browsers_goes_away_in_the_middle_and_the_other_sees_the_end(
     chromium()
     session = start_controller(
         "--view", "--out", tmp_path, "--controller", "greedy", "--threshold", "0.000001",
-        "--max-iterations", "4", "--no-report",
+        "--max-iterations", "4", "--no-report", "--scenario", small(),
     )  # fmt: skip
     assert session.stderr is not None
     try:
@@ -132,7 +134,7 @@ def test_one_of_two_browsers_goes_away_in_the_middle_and_the_other_sees_the_end(
         hold_soon(tmp_path)
         with Browser() as stays:
             stays.open(address)
-            with Browser() as leaves:
+            with Browser(alone=True) as leaves:
                 leaves.open(address)
                 for page in (stays, leaves):
                     page.until('document.querySelector("#status .badge")?.innerText == "paused"')

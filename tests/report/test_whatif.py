@@ -8,7 +8,7 @@ import pytest
 
 from bridge.result_file import read_result
 from tests.commands import Done, process, report
-from tests.session.kills import stack
+from tests.session.cases import stack
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow

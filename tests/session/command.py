@@ -7,6 +7,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from tests.session.scenes import small
+
 ROOT = Path(__file__).resolve().parents[2]
 DEADLINE_S = 240.0
 SERVERS = {"image_server", "vision_server"}
@@ -77,8 +79,8 @@ def alive(pid: int) -> bool:
 def running_session(out: Path, report: bool = False) -> tuple[subprocess.Popen[str], dict[str, int]]:
     """A session that cannot converge, with both servers up and at least one image taken."""
     session = start_controller(
-        "--out", out, "--controller", "greedy", "--threshold", "0.000001", "--max-iterations", "1000",
-        *([] if report else ["--no-report"]),
+        "--out", out, "--scenario", small(), "--controller", "greedy", "--threshold", "0.000001",
+        "--max-iterations", "1000", *([] if report else ["--no-report"]),
     )  # fmt: skip
     captured(session, out, "i1")
     servers = servers_of(session.pid)

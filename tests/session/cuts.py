@@ -14,8 +14,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
+from tests.session.cases import CASES, words_of
 from tests.session.command import outcome
-from tests.session.kills import CASES, frames, stack
+from tests.session.kills import frames
 from tests.session.serving import kept_servers, served
 
 BRIEF = ("--no-report", "--quiet")
@@ -32,8 +33,7 @@ def cut_everywhere(case: str, every: int, last_lines: int) -> Iterator[dict[str,
     """What comes of each cut of one session of a case: `at`, `after`, and whether it is the `same`."""
     with tempfile.TemporaryDirectory() as folder:
         whole = Path(folder) / "whole"
-        words = [str(stack()) if word == "STACK" else word for word in CASES[case]]
-        done = served(*words, *BRIEF, "--out", whole)
+        done = served(*words_of(case), *BRIEF, "--out", whole)
         assert done.returncode in (0, 3), done.stderr
         expected, pixels, journal = outcome(whole), frames(whole), (whole / "history.pl").read_bytes()
         for at in places(journal, every, last_lines):

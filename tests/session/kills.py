@@ -8,15 +8,12 @@ processes and sockets that are left. Prints one JSON object a session, and one o
 """
 
 import argparse
-import atexit
 import json
 import os
 import random
-import shutil
 import signal
 import socket
 import subprocess
-import sys
 import tempfile
 import time
 from collections import Counter
@@ -27,22 +24,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from tests.session.cases import CASES, words_of
 from tests.session.command import ROOT, SERVERS, alive, controller, outcome, servers_of
 from tests.session.serving import KEEPING, kept_servers
 
-NEVER = ("--threshold", "0.000001", "--max-iterations")
-CASES: dict[str, tuple[str, ...]] = {
-    "short": (),
-    "long": (*NEVER, "5"),
-    "satellite": ("--target", "satellite", "--scenario", "blur", "--controller", "greedy", *NEVER, "4"),
-    "drifting": ("--scenario", "drifting", *NEVER, "5"),
-    "turning-sun": ("--scenario", "turning-sun", *NEVER, "4"),
-    "approach": ("--approach", "--first-range", "0.5", "--contact-range", "0.4"),
-    "stack": ("--stack", "STACK", *NEVER, "5"),
-    "first-sight": ("--first-sight", "--target", "fixture", *NEVER, "3"),
-    "informed": ("--controller", "informed", "--scenario", "harsh", *NEVER, "7"),
-    "viewed": ("--view", *NEVER, "3"),
-}
 VICTIMS = ("controller", "image_server", "vision_server")
 VIEW = "report"
 DEADLINE_S = 300.0
@@ -69,8 +54,7 @@ class Session:
         if begun(self.out):
             words = ["--resume", str(self.out), *(["--view"] if "--view" in CASES[self.case] else [])]
         else:
-            case = [str(stack()) if word == "STACK" else word for word in CASES[self.case]]
-            words = [*case, "--seed", str(self.seed), "--out", str(self.out)]
+            words = [*words_of(self.case), "--seed", str(self.seed), "--out", str(self.out)]
         return subprocess.Popen(
             ["swipl", str(ROOT / "main.pl"), *words, *self.more, "--no-report"],
             stdin=subprocess.DEVNULL,
@@ -100,18 +84,6 @@ def begun(out: Path) -> bool:
     """Whether a session was begun there that can be resumed."""
     journal = out / "history.pl"
     return journal.exists() and b"\n" in journal.read_bytes()
-
-
-@cache
-def stack() -> Path:
-    """A stack that was recorded from the simulator."""
-    made = tempfile.mkdtemp(prefix="kills-")
-    atexit.register(shutil.rmtree, made, ignore_errors=True)
-    folder = Path(made) / "stack"
-    words = ["record", str(folder), "--kind", "basis", "--scenario", "nominal", "--seed", "2"]
-    command = [sys.executable, "-m", "image_server", *words, "--average", "2"]
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
-    return folder
 
 
 @contextmanager

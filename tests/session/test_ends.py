@@ -27,11 +27,12 @@ from tests.session.command import (
     servers_of,
     start_controller,
 )
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
-TURNING = ("--scenario", "turning-sun", "--threshold", "0.000001", "--max-iterations", "4", "--no-report")
+NEVER = ("--threshold", "0.000001", "--max-iterations")
 
 
 def threads_that_take(sent: signal.Signals, pid: int) -> list[str]:
@@ -76,7 +77,7 @@ def test_an_approach_that_is_stopped_between_hold_points_tells_where_it_was(tmp_
     out = tmp_path / "run"
     session = start_controller(
         "--approach", "--first-range", "0.8", "--contact-range", "0.65", "--threshold", "5", "--out", out,
-        "--controller", strategy, "--max-iterations", "1000", "--no-report",
+        "--scenario", small("approach"), "--controller", strategy, "--max-iterations", "1000", "--no-report",
     )  # fmt: skip
     captured(session, out, "i2")
     session.send_signal(signal.SIGINT)
@@ -95,8 +96,8 @@ def test_an_approach_that_is_stopped_between_hold_points_tells_where_it_was(tmp_
 
 def test_an_approach_that_aborts_says_what_may_help(tmp_path: Path) -> None:
     done = served(
-        "--approach", "--first-range", "0.6", "--contact-range", "0.5", "--threshold", "0.000001",
-        "--controller", "fixed", "--out", tmp_path / "run", "--no-report",
+        "--approach", "--first-range", "0.6", "--contact-range", "0.5", "--scenario", small("approach"),
+        *NEVER, "2", "--controller", "fixed", "--out", tmp_path / "run", "--no-report",
     )  # fmt: skip
     assert done.returncode == 3
     assert "approach aborted" in done.stderr
@@ -107,8 +108,9 @@ def test_an_approach_that_aborts_says_what_may_help(tmp_path: Path) -> None:
 
 def test_servers_that_are_killed_come_back_and_the_session_goes_on(tmp_path: Path) -> None:
     whole, out = tmp_path / "whole", tmp_path / "run"
-    assert served("--out", whole, *TURNING).returncode == 3
-    session = start_controller("--out", out, *TURNING)
+    turning = ("--scenario", small("turning-sun"), *NEVER, "4", "--no-report")
+    assert served("--out", whole, *turning).returncode == 3
+    session = start_controller("--out", out, *turning)
     for victim, image in (("image_server", "i2"), ("vision_server", "i3")):
         captured(session, out, image)
         os.kill(servers_of(session.pid)[victim], signal.SIGKILL)
@@ -158,7 +160,7 @@ def test_a_server_of_the_user_s_may_come_back(tmp_path: Path) -> None:
     folder = Path(tempfile.mkdtemp(prefix="own-"))
     endpoints = {name: f"ipc://{folder}/{name}" for name in SERVERS}
     commands = {
-        "image_server": ["image_server", "simulator", "--target", "cube", "--seed", "1"],
+        "image_server": ["image_server", "simulator", "--scenario", str(small()), "--seed", "1"],
         "vision_server": ["vision_server", "serve", "--root", str(tmp_path), "--root", str(ROOT),
                           "--image-server", endpoints["image_server"]],
     }  # fmt: skip
@@ -171,7 +173,7 @@ def test_a_server_of_the_user_s_may_come_back(tmp_path: Path) -> None:
     try:
         session = start_controller(
             "--image-server", endpoints["image_server"], "--vision-server", endpoints["vision_server"],
-            "--out", tmp_path / "run", "--threshold", "0.000001", "--max-iterations", "6", "--no-report",
+            "--out", tmp_path / "run", *NEVER, "6", "--no-report",
         )  # fmt: skip
         for victim, image in (("image_server", "i2"), ("vision_server", "i4")):
             captured(session, tmp_path / "run", image)
@@ -194,11 +196,10 @@ def test_a_server_of_the_user_s_may_come_back(tmp_path: Path) -> None:
 def test_a_server_of_the_user_s_that_stays_away_is_given_up(tmp_path: Path) -> None:
     with tempfile.TemporaryDirectory(prefix="own-") as folder:
         endpoint = f"ipc://{folder}/images"
-        words = ["simulator", "--target", "cube", "--seed", "1", "--endpoint", endpoint]
+        words = ["simulator", "--scenario", str(small()), "--seed", "1", "--endpoint", endpoint]
         server = subprocess.Popen([sys.executable, "-m", "image_server", *words], cwd=ROOT)
         session = start_controller(
-            "--image-server", endpoint, "--out", tmp_path / "run", "--threshold", "0.000001",
-            "--max-iterations", "100", "--no-report",
+            "--image-server", endpoint, "--out", tmp_path / "run", *NEVER, "100", "--no-report",
         )  # fmt: skip
         captured(session, tmp_path / "run", "i1")
         server.kill()
@@ -241,7 +242,7 @@ def small_disk(tmp_path: Path) -> Iterator[Path]:
 def test_a_session_whose_disk_is_full_is_resumed_when_there_is_space(
     small_disk: Path, tmp_path: Path
 ) -> None:
-    options = ("--seed", "3", "--threshold", "0.000001", "--max-iterations", "7", "--no-report")
+    options = ("--seed", "3", *NEVER, "7", "--no-report")
     whole = tmp_path / "whole"
     assert served("--out", whole, *options).returncode == 3
     full = controller("--out", small_disk / "run", *options)

@@ -12,6 +12,7 @@ import tomli_w
 from geometry.pose import Pose
 from tests.commands import command
 from tests.session.command import cut, outcome
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
@@ -28,7 +29,8 @@ def result_of(out: Path) -> dict[str, Any]:
 def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One on the simulator, of a target of which nearly all sides differ."""
     out = tmp_path_factory.mktemp("first-sight") / "run"
-    done = served("--first-sight", "--target", "fixture", "--seed", "2", "--out", out, *SHORT)
+    words = ("--first-sight", "--target", "fixture", "--seed", "2", "--scenario", small())
+    done = served(*words, "--out", out, *SHORT)
     assert done.returncode in (0, 3), done.stderr
     return out
 

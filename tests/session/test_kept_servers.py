@@ -13,6 +13,7 @@ from typing import Any
 import pytest
 
 from tests.session.command import DEADLINE_S, controller, gone, start_controller
+from tests.session.scenes import small
 from tests.session.serving import kept, kept_servers
 
 pytestmark = pytest.mark.slow
@@ -28,23 +29,25 @@ def runtime() -> Iterator[Path]:
         yield folder
 
 
-def session(out: Path, *options: str, keep: bool = True, idle_s: float = IDLE_S) -> dict[str, Any]:
+def session(
+    out: Path, *options: str, scenario: str = "nominal", keep: bool = True, idle_s: float = IDLE_S
+) -> dict[str, Any]:
     """What one session finds, but for its times and how it was asked for."""
     keeping = ["--keep-servers", "--idle-s", str(idle_s)] if keep else []
-    done = controller("--out", out, "--no-report", *options, *keeping)
+    done = controller("--out", out, "--no-report", "--scenario", small(scenario), *options, *keeping)
     assert done.returncode in (0, 3), done.stderr
     result: dict[str, Any] = json.loads((out / "result.json").read_text())
     return {key: value for key, value in result.items() if key not in ("seconds", "command")}
 
 
 def test_a_session_on_kept_servers_finds_what_one_on_its_own_finds(runtime: Path, tmp_path: Path) -> None:
-    drifting = ("--scenario", "drifting", "--max-iterations", "3", "--seed", "4")
-    alone = session(tmp_path / "alone", *drifting, keep=False)
+    three = ("--max-iterations", "3", "--seed", "4")
+    alone = session(tmp_path / "alone", *three, scenario="drifting", keep=False)
     assert not kept(runtime)
-    session(tmp_path / "first", "--scenario", "drifting", "--max-iterations", "2", "--seed", "9")
+    session(tmp_path / "first", "--max-iterations", "2", "--seed", "9", scenario="drifting")
     running = kept(runtime)
     assert sorted(name.split("-")[0] for name in running) == ["image_server", "vision_server"]
-    assert session(tmp_path / "second", *drifting) == alone
+    assert session(tmp_path / "second", *three, scenario="drifting") == alone
     assert kept(runtime) == running
     session(tmp_path / "third", "--target", "satellite", "--max-iterations", "1")
     assert len(kept(runtime)) == 3 and running.items() <= kept(runtime).items(), (
@@ -56,7 +59,7 @@ def test_two_sessions_do_not_share_servers_and_one_that_is_killed_frees_its_own(
     runtime: Path, tmp_path: Path
 ) -> None:
     endless = start_controller(
-        "--out", tmp_path / "endless", "--controller", "greedy",
+        "--out", tmp_path / "endless", "--scenario", small(), "--controller", "greedy",
         "--threshold", "0.000001", "--max-iterations", "1000", "--no-report",
         "--keep-servers", "--idle-s", str(IDLE_S),
     )  # fmt: skip
@@ -85,7 +88,7 @@ def test_servers_that_nobody_asks_end(runtime: Path, tmp_path: Path) -> None:
 def test_a_kept_server_that_is_killed_comes_back(runtime: Path, tmp_path: Path, victim: str) -> None:
     session(tmp_path / "one", "--max-iterations", "1")
     endless = start_controller(
-        "--out", tmp_path / "endless", "--controller", "greedy",
+        "--out", tmp_path / "endless", "--scenario", small(), "--controller", "greedy",
         "--threshold", "0.000001", "--max-iterations", "1000", "--no-report",
         "--keep-servers",
     )  # fmt: skip

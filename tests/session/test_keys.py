@@ -11,6 +11,7 @@ import pytest
 
 from bridge.keys import make_keys
 from tests.session.command import DEADLINE_S, ROOT, controller
+from tests.session.scenes import small
 
 pytestmark = pytest.mark.slow
 
@@ -41,7 +42,7 @@ def network(network_keys: Path) -> Iterator[tuple[str, str]]:
     """Both servers on every interface of this machine; their endpoints as a client calls them."""
     image, events, vision = free_port(), free_port(), free_port()
     commands = [
-        ["image_server", "simulator", "--scenario", "turning-sun", "--seed", "1",
+        ["image_server", "simulator", "--scenario", str(small("turning-sun")), "--seed", "1",
          "--endpoint", f"tcp://0.0.0.0:{image}", "--events", f"tcp://0.0.0.0:{events}"],
         ["vision_server", "serve", "--endpoint", f"tcp://0.0.0.0:{vision}"],
     ]  # fmt: skip
@@ -82,7 +83,8 @@ def test_wrong_keys_are_said_and_not_waited_for(network: tuple[str, str], tmp_pa
 
 
 def test_a_session_gives_its_own_servers_the_keys(keys: Path, tmp_path: Path) -> None:
-    done = controller("--keys", keys, "--out", tmp_path / "run", "--no-report", "--quiet")
+    options = ("--keys", keys, "--scenario", small(), "--out", tmp_path / "run", "--no-report", "--quiet")
+    done = controller(*options)
     assert done.returncode == 0, done.stderr
 
 

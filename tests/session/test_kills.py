@@ -4,7 +4,8 @@ import random
 
 import pytest
 
-from tests.session.kills import CASES, VICTIMS, kill_library, killed_at, killed_once, scratch
+from tests.session.cases import CASES
+from tests.session.kills import VICTIMS, kill_library, killed_at, killed_once, scratch
 
 pytestmark = pytest.mark.slow
 

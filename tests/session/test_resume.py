@@ -14,32 +14,18 @@ from tempfile import TemporaryDirectory
 import pytest
 
 from tests.session.command import DEADLINE_S, ROOT, cut, end_after, gone, outcome, running_session
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
 
-OPTIONS = (
-    "--controller",
-    "simple",
-    "--seed",
-    "3",
-    "--threshold",
-    "0.000001",
-    "--max-iterations",
-    "4",
-    "--no-report",
-)
-
-
-BLUR = (
-    "--target", "satellite", "--scenario", "blur", "--seed", "3", "--threshold", "0.000001",
-    "--max-iterations", "2", "--no-report",
-)  # fmt: skip
+NEVER = ("--seed", "3", "--threshold", "0.000001", "--no-report", "--max-iterations")
 
 
 def test_cut_after_every_line_it_comes_to_the_same_outcome(tmp_path: Path) -> None:
     whole = tmp_path / "whole"
-    assert served(*BLUR, "--out", whole, "--quiet").returncode in {0, 3}
+    blur = ("--target", "satellite", "--scenario", small("blur"), *NEVER, "2")
+    assert served(*blur, "--out", whole, "--quiet").returncode in {0, 3}
     lines = (whole / "history.pl").read_text().splitlines(keepends=True)
     for kept in range(1, len(lines)):
         out = tmp_path / f"cut{kept}"
@@ -78,8 +64,8 @@ def test_a_finished_session_is_left_alone(tmp_path: Path) -> None:
 def test_a_folder_with_the_target_s_name_is_not_the_target(tmp_path: Path) -> None:
     (tmp_path / "fixture").mkdir()
     out = tmp_path / "run"
-    two = ("--max-iterations", "2", "--no-report", "--quiet")
-    whole = served(*OPTIONS[:-3], *two, "--target", "fixture", "--out", out, cwd=tmp_path)
+    two = ("--controller", "simple", "--scenario", small(), *NEVER, "2")
+    whole = served(*two, "--target", "fixture", "--out", out, "--quiet", cwd=tmp_path)
     assert whole.returncode == 3, whole.stderr
     cut(out / "history.pl", "capture(i1")
     resumed = served("--resume", out, "--no-report", "--json", cwd=tmp_path)
@@ -87,11 +73,16 @@ def test_a_folder_with_the_target_s_name_is_not_the_target(tmp_path: Path) -> No
     assert json.loads(resumed.stdout)["target"] == "fixture"
 
 
+def two_images() -> tuple[str | Path, ...]:
+    """Options of a short session."""
+    return ("--controller", "simple", "--scenario", small(), *NEVER, "2", "--quiet")
+
+
 @pytest.fixture(scope="module")
 def interrupted(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A session of two images that was killed when its program had ended."""
     out = tmp_path_factory.mktemp("run")
-    done = served(*OPTIONS[:-3], "--max-iterations", "2", "--no-report", "--quiet", "--out", out)
+    done = served(*two_images(), "--out", out)
     assert done.returncode == 3, done.stderr
     (out / "result.json").rename(out / "expected.json")
     return out
@@ -156,7 +147,8 @@ def test_what_a_controller_includes_is_a_part_of_it(tmp_path: Path) -> None:
     source = (ROOT / "domain" / "controllers" / "simple.pl").read_text()
     included.write_text(source)
     strategy.write_text(":- include(theirs).\n")
-    assert served("--controller", strategy, *OPTIONS[2:], "--out", out, "--quiet").returncode == 3
+    options = ("--scenario", small(), *NEVER, "2")
+    assert served("--controller", strategy, *options, "--out", out, "--quiet").returncode == 3
     (out / "result.json").unlink()
     included.write_text(f"{source}\nproc(more, []).\n")
     assert "not the file any more" in refused(out)
@@ -168,7 +160,8 @@ def test_a_controller_that_came_with_the_folder_runs_only_when_the_user_says_so(
     out, strategy, mark = tmp_path / "run", tmp_path / "mine.pl", tmp_path / "mark"
     source = (ROOT / "domain" / "controllers" / "simple.pl").read_text()
     strategy.write_text(source)
-    done = served("--controller", strategy, *OPTIONS[2:], "--out", out, "--quiet")
+    options = ("--scenario", small(), *NEVER, "2")
+    done = served("--controller", strategy, *options, "--out", out, "--quiet")
     assert done.returncode == 3, done.stderr
     (out / "result.json").unlink()
     strategy.write_text(f"{source}\n:- shell('touch {mark}').\n")
@@ -228,7 +221,7 @@ def test_a_session_that_was_killed_before_it_began_is_begun_by_its_command(
     (out / "history.pl").write_text("begun(sess")
     (out / ".write-test").touch()
     assert "begun anew by its command" in refused(out)
-    anew = served(*OPTIONS[:-3], "--max-iterations", "2", "--no-report", "--quiet", "--out", out)
+    anew = served(*two_images(), "--out", out)
     assert anew.returncode == 3, anew.stderr
     assert (out / "session.pl").read_text() == (interrupted / "session.pl").read_text()
     assert (out / "history.pl").read_text().count("begun(") == 1
@@ -251,8 +244,7 @@ def test_the_images_go_on_coming_from_where_they_came(interrupted: Path, tmp_pat
     out = tmp_path / "run"
     with TemporaryDirectory(prefix="s") as folder:
         with scene(Path(folder), "satellite", 9) as endpoint:
-            options = ("--image-server", endpoint, "--max-iterations", "2", *OPTIONS[2:6])
-            done = served(*options, "--out", out)
+            done = served("--image-server", endpoint, *NEVER, "2", "--out", out)
             assert done.returncode == 3, done.stderr
             (out / "result.json").unlink()
             cut(out / "history.pl", "keep(i1)")
@@ -275,7 +267,7 @@ def test_images_under_other_lights_are_refused(tmp_path: Path) -> None:
     with TemporaryDirectory(prefix="s") as folder:
         lamps.write_text(left + right)
         with scene(Path(folder), "cube", 9, "--scenario", lamps) as endpoint:
-            done = served("--image-server", endpoint, "--max-iterations", "2", *OPTIONS[2:6], "--out", out)
+            done = served("--image-server", endpoint, *NEVER, "2", "--out", out)
             assert done.returncode == 3, done.stderr
         (out / "result.json").unlink()
         cut(out / "history.pl", "keep(i1)")

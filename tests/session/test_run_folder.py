@@ -7,6 +7,7 @@ import pytest
 
 from stack.read import FramesStack, load_stack
 from tests.session.command import ROOT, controller
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
@@ -110,7 +111,8 @@ def test_what_is_drawn_depends_on_the_seed_and_on_the_scene(tmp_path: Path) -> N
     ):
         out = tmp_path / str(number)
         served(
-            "--target", target, "--seed", seed, "--controller", "simple", "--max-iterations", "2",
+            "--target", target, "--seed", seed, "--scenario", small(), "--controller", "simple",
+            "--max-iterations", "2",
             "--threshold", "0.000001", "--no-report", "--out", out,
         )  # fmt: skip
         steps = json.loads((out / "result.json").read_text())["steps"]

@@ -8,6 +8,7 @@ import pytest
 
 from tests.commands import Done
 from tests.session.command import controller, gone, servers_of, start_controller
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
@@ -19,7 +20,8 @@ def session(tmp_path: Path, step: str, helper: str, *options: str) -> tuple[Done
     """A session by a strategy in which this step, in line 2, comes after the first estimate."""
     file = tmp_path / "mine.pl"
     file.write_text(FIRST.format(step, helper))
-    return served("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet", *options), file
+    words = ("--controller", file, "--scenario", small(), "--out", tmp_path / "run", "--no-report", "--quiet")
+    return served(*words, *options), file
 
 
 @pytest.mark.parametrize(
@@ -67,7 +69,7 @@ def test_its_servers_end_with_it_and_its_folder_can_be_resumed(tmp_path: Path) -
         FIRST.format("?(p)", f"p :- exists_file('{tmp_path}/there'), !.\np :- halt.")
     )
     options = ["--controller", tmp_path / "mine.pl", "--out", tmp_path / "run", "--no-report", "--quiet"]
-    started = start_controller(*options)
+    started = start_controller(*options, "--scenario", small())
     journal = tmp_path / "run" / "history.pl"
     while not journal.exists():
         assert started.poll() is None
@@ -84,7 +86,8 @@ def test_its_servers_end_with_it_and_its_folder_can_be_resumed(tmp_path: Path) -
 def test_a_helper_that_never_ends_is_named(tmp_path: Path) -> None:
     file = tmp_path / "mine.pl"
     file.write_text(FIRST.format("?(p)", "p :- repeat, fail."))
-    running = start_controller("--controller", file, "--out", tmp_path / "run", "--no-report")
+    options = ("--controller", file, "--scenario", small(), "--out", tmp_path / "run", "--no-report")
+    running = start_controller(*options)
     said = ""
     while "the strategy computes" not in said:
         line = running.stderr.readline()  # type: ignore[union-attr]
@@ -100,7 +103,8 @@ def test_a_helper_that_never_ends_is_named(tmp_path: Path) -> None:
 def test_what_it_waits_for_is_said(tmp_path: Path) -> None:
     file = tmp_path / "mine.pl"
     file.write_text("proc(control, wait).\nexog_action(rang).\n")
-    running = start_controller("--controller", file, "--out", tmp_path / "run", "--no-report")
+    options = ("--controller", file, "--scenario", small(), "--out", tmp_path / "run", "--no-report")
+    running = start_controller(*options)
     said = ""
     while "the strategy waits for an event" not in said:
         line = running.stderr.readline()  # type: ignore[union-attr]
@@ -132,7 +136,8 @@ def test_what_it_senses_by_itself_is_not_asked_of_a_person(
 ) -> None:
     file = tmp_path / "mine.pl"
     file.write_text(SENSES.format(clause))
-    done = served("--controller", file, "--out", tmp_path / "run", "--no-report", "--quiet")
+    options = ("--controller", file, "--scenario", small(), "--out", tmp_path / "run", "--no-report")
+    done = served(*options, "--quiet")
     assert done.returncode == 2, done.stderr
     assert f"{file}:{line}: {words}" in done.stderr
 

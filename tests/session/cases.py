@@ -1,0 +1,51 @@
+"""Sessions of several kinds, for those who kill or cut them; their images are small."""
+
+import atexit
+import shutil
+import subprocess
+import sys
+import tempfile
+from functools import cache
+from pathlib import Path
+
+from tests.session.command import ROOT
+from tests.session.scenes import small
+
+NEVER = ("--threshold", "0.000001", "--max-iterations")
+CASES: dict[str, tuple[str, ...]] = {
+    "short": (),
+    "long": (*NEVER, "5"),
+    "satellite": ("--target", "satellite", "--scenario", "blur", "--controller", "greedy", *NEVER, "4"),
+    "drifting": ("--scenario", "drifting", *NEVER, "5"),
+    "turning-sun": ("--scenario", "turning-sun", *NEVER, "4"),
+    "approach": ("--approach", "--first-range", "0.5", "--contact-range", "0.4"),
+    "stack": ("--stack", "STACK", *NEVER, "5"),
+    "first-sight": ("--first-sight", "--target", "fixture", *NEVER, "2"),
+    "informed": ("--controller", "informed", "--scenario", "harsh", *NEVER, "7"),
+    "viewed": ("--view", *NEVER, "3"),
+}
+
+
+def words_of(case: str) -> list[str]:
+    """Options of a case, whose images are small."""
+    words = list(CASES[case])
+    if "STACK" in words:
+        words[words.index("STACK")] = str(stack())
+    elif "--scenario" in words:
+        at = words.index("--scenario") + 1
+        words[at] = str(small(words[at]))
+    else:
+        words += ["--scenario", str(small("approach" if "--approach" in words else "nominal"))]
+    return words
+
+
+@cache
+def stack() -> Path:
+    """A stack that was recorded from the simulator, of small images."""
+    made = tempfile.mkdtemp(prefix="kills-")
+    atexit.register(shutil.rmtree, made, ignore_errors=True)
+    folder = Path(made) / "stack"
+    words = ["record", str(folder), "--kind", "basis", "--scenario", str(small()), "--seed", "2"]
+    command = [sys.executable, "-m", "image_server", *words, "--average", "2"]
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True)
+    return folder
