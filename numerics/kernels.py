@@ -11,10 +11,6 @@ with without("scipy", "scipy.linalg", "coverage", "yaml"):  # 0.19 of 0.5 s up t
     import numba.np.arraymath  # noqa: F401  which looks for SciPy's linear algebra once
     from numba import njit
 
-    from numerics.cached_kernels import read_bitcode_late
-
-read_bitcode_late()
-
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
