@@ -5,6 +5,7 @@ from __future__ import annotations
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
@@ -69,9 +70,10 @@ def warm_up() -> None:
         (["sharp", "blurred"], "genetic"),
     ):
         estimate_pose(images, names, model, camera, pose, PipelineSettings(matcher=matcher))
-    tracker = Tracker(model, camera, pose)
-    for name in ("sharp", "noisy"):
-        tracker.step(images.images[name].pixels)
+    for edge_radius_m in (0.0, 0.01 * model.diameter):
+        tracker = Tracker(replace(model, edge_radius_m=edge_radius_m), camera, pose)
+        for name in ("sharp", "noisy"):
+            tracker.step(images.images[name].pixels)
     edge_kinds([image.statistics for image in images.images.values()])
 
 
