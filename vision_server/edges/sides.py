@@ -91,9 +91,7 @@ def _flat_grey(channel: ChannelStatistics) -> FlatGrey:
 
 def evenly_weighted(channel: ChannelStatistics) -> ChannelStatistics:
     """The channel with the same say everywhere: merged so, shadows and highlights stay edges."""
-    even = np.ones(256, np.float32)
-    light = channel.light._replace(weight_of_darkest=even, weight_of_brightest=even)
-    return replace(channel, light=light)
+    return replace(channel, light=channel.light._replace(is_even=True))
 
 
 def furthest_reach(edges: EdgeMap) -> np.float32:
