@@ -7,9 +7,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from numerics.arrays import Field, Flags, Grey
+from numerics.arrays import Field, Grey
 from numerics.axis import axis_of
 from numerics.kernels import kernel
+from numerics.marks import Marks, list_marks, no_marks
 from vision_server.channels.gaussian import Kernels, gaussian_gradient
 
 Places = NDArray[np.int32]
@@ -107,25 +108,10 @@ def with_room(listed: PixelList, found: int, more: int) -> PixelList:
     return PixelList(places, values)
 
 
-class Marks(NamedTuple):
-    """Room to work in: which pixels of a row are above the floor, the same in eights, and their columns."""
-
-    above: Flags
-    eights: NDArray[np.uint64]
-    strong: Places
-
-
-@kernel(nogil=True)
-def marks(columns: int) -> Marks:
-    """For rows of so many pixels."""
-    above = np.zeros((columns + 7) // 8 * 8, np.bool_)
-    return Marks(above, above.view(np.uint64), np.empty(columns + 8, np.int32))
-
-
 @kernel(inline="always")
 def list_row(
-    flat: Gradient, rows: tuple[int, int, int], place: int, floor: tuple[Field, np.float32], greys: Grey,
-    marks: Marks, listed: PixelList, found: int,
+    flat: Gradient, rows: tuple[int, int, int], columns: int, place: int,
+    floor: tuple[Field, np.float32, Grey], marks: Marks, listed: PixelList, found: int,
 ) -> int:  # fmt: skip
     """List the pixels of a row that `pixels_of_rows` gives; to be inlined in kernels.
 
@@ -135,10 +121,12 @@ def list_row(
         Gradient of some rows, one behind the other, float32 (M,) each.
     rows
         Where in it the row before begins, the row itself, and the row after.
-    place
-        Where the row begins in the image.
-    floor, greys
-        For each grey, float32 (256,), and the lowest of them; and uint8 (W // 2,), by which it is looked up.
+    columns, place
+        How long a row is, and where this one begins in the image.
+    floor
+        For each grey, float32 (256,); the lowest of these; grey by which it is looked up, uint8 (W // 2,).
+    marks
+        Room to work in.
     listed, found
         Output, with room for the row, and how many pixels are listed already.
 
@@ -148,19 +136,14 @@ def list_row(
     """
     along_x, along_y, magnitude = flat
     places, values = listed
-    above, eights, strong = marks
+    above, strong = marks.marked, marks.numbers
     before, here, after = rows
-    floor_of, lowest = floor
-    columns, last, zero = len(strong) - 8, len(greys) - 1, np.float32(0.0)
-    of_row, count = magnitude[here : here + columns], 0
+    floor_of, lowest, greys = floor
+    last, zero = len(greys) - 1, np.float32(0.0)
+    of_row = magnitude[here : here + columns]
     for x in range(1, columns - 1):  # fills vector registers
         above[x] = of_row[x] > lowest
-    for k in range(len(eights)):
-        if eights[k] != 0:
-            for x in range(8 * k, 8 * k + 8):  # no branches: they would be guesses
-                strong[count] = x
-                count += above[x]
-    candidates, count = strong[:count], 0
+    candidates, count = strong[: list_marks(marks)], 0
     for x in candidates:
         at = here + x
         ahead, behind = (at + 1, at - 1) if abs(along_x[at]) > abs(along_y[at]) else (after + x, before + x)
@@ -216,12 +199,13 @@ def _list_rows(
     rows, columns = gradient.magnitude.shape
     flat = Gradient(gradient.x.ravel(), gradient.y.ravel(), gradient.magnitude.ravel())
     first, end = max(first, 1), min(end, rows - 1)
-    listed, room, found = empty_list(max(end - first, 0) * columns), marks(columns), 0
-    floor = floor_of, floor_of.min()
+    listed, marks, found = empty_list(max(end - first, 0) * columns), no_marks(columns), 0
+    lowest = floor_of.min()
     for y in range(first, end):
         listed, at = with_room(listed, found, columns), y * columns
-        greys = level[min(y >> 1, len(level) - 1)]
-        found = list_row(flat, (at - columns, at, at + columns), at, floor, greys, room, listed, found)
+        floor = floor_of, lowest, level[min(y >> 1, len(level) - 1)]
+        begin = at - columns, at, at + columns
+        found = list_row(flat, begin, columns, at, floor, marks, listed, found)
     return listed, found
 
 

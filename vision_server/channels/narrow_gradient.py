@@ -10,6 +10,7 @@ import numpy as np
 
 from numerics.arrays import Field, Grey, Ints
 from numerics.kernels import kernel
+from numerics.marks import no_marks
 from vision_server.channels.gaussian import Kernels
 from vision_server.channels.gradient_pixels import (
     Gradient,
@@ -17,7 +18,6 @@ from vision_server.channels.gradient_pixels import (
     PixelList,
     empty_list,
     list_row,
-    marks,
     with_room,
 )
 
@@ -84,8 +84,8 @@ def _list_rows(
     ring, room = np.empty((TAPS, columns), np.float32), np.empty((2, columns + 4), np.float32)
     three = np.empty((3, ROWS * columns), np.float32)
     flat = Gradient(three[0], three[1], three[2])
-    floor = floor_of, floor_of.min()
-    listed, marked, found = empty_list(max(end - first, 0) * columns), marks(columns), 0
+    lowest = floor_of.min()
+    listed, marks, found = empty_list(max(end - first, 0) * columns), no_marks(columns), 0
     for row in range(first - 1 - 2 * RADIUS, end + 1):
         _load(image, row + RADIUS, ring)
         if row < first - 1:
@@ -95,10 +95,10 @@ def _list_rows(
         gradient = Gradient(flat.x[here], flat.y[here], flat.magnitude[here])
         _gradient_of_row(ring, row, (smooth, derivative), room, gradient)
         if middle >= first:
-            places = (middle - 1) % ROWS * columns, middle % ROWS * columns, at
-            greys = level[min(middle >> 1, len(level) - 1)]
+            begin = (middle - 1) % ROWS * columns, middle % ROWS * columns, at
+            floor = floor_of, lowest, level[min(middle >> 1, len(level) - 1)]
             listed = with_room(listed, found, columns)
-            found = list_row(flat, places, middle * columns, floor, greys, marked, listed, found)
+            found = list_row(flat, begin, columns, middle * columns, floor, marks, listed, found)
     return listed, found
 
 
