@@ -107,7 +107,7 @@ def narrow_magnitudes(image: Grey | Field, smooth: Field, derivative: Field, row
     """Lengths of the gradient of some rows (R,) of an image, by kernels of radius 2, float32 (R, W)."""
     columns = image.shape[1]
     ring, room = np.empty((TAPS, columns), np.float32), np.empty((2, columns + 4), np.float32)
-    along_x, along_y = np.empty((2, columns), np.float32)
+    along_x, along_y = np.empty(columns, np.float32), np.empty(columns, np.float32)
     magnitude = np.empty((len(rows), columns), np.float32)
     for number in range(len(rows)):
         for beside in range(-RADIUS, RADIUS + 1):

@@ -161,7 +161,7 @@ def _free_pairs(
     Their places, the number of the square of each, and how far from its centre along the axis the edge is.
     """
     columns, count = number_at.shape[1], 0
-    places, squares = np.empty((2, 2 * len(coarse)), np.int32)
+    places, squares = np.empty(2 * len(coarse), np.int32), np.empty(2 * len(coarse), np.int32)
     from_pixels = np.empty(2 * len(coarse), np.float32)
     for side in (-0.5, 0.5):
         for i in range(len(coarse)):

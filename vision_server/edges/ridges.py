@@ -77,7 +77,7 @@ def _pixels(state: SetState, inverse: Field, first: int, end: int) -> Pixels:
     """The pixels of rows ``first`` up to ``end`` that have a state."""
     numbers, sums = state.numbers, state.sums
     rows, columns = inverse.shape
-    places, states = np.empty((2, len(sums)), np.int32)
+    places, states = np.empty(len(sums), np.int32), np.empty(len(sums), np.int32)
     masses = np.empty(len(sums), np.float32)
     found, width = 0, numbers.shape[1]
     marks = no_marks(width)

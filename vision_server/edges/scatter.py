@@ -73,7 +73,8 @@ def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) 
     channels, count = of.noise.shape
     least, of_shorter = np.float32(math.exp(-DEEPEST_PRINT)), np.float32(SHORTER**2)
     lit, darkness = np.zeros((2, count), np.float32), np.empty((channels, count), np.float32)
-    ratios, noise, unsure = np.empty((3, channels, count), np.float32)
+    room = np.empty((3, channels, count), np.float32)
+    ratios, noise, unsure = room[0], room[1], room[2]  # unpacked, each would have strides of any length
     for channel in range(channels):
         for i in range(count):
             lit[0, i] = max(lit[0, i], of.brightest[channel, 0, i])
