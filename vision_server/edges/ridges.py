@@ -111,11 +111,14 @@ def _largest_masses(pixels: Pixels, width: int, coarse: tuple[int, int], first: 
 
 
 @kernel(nogil=True)
-def _candidates(pixels: Pixels, state: SetState, least: Field, first: int, end: int) -> Pixels:
+def _candidates(
+    pixels: Pixels, state: SetState, least: Field, largest: Field, above: int, first: int, end: int
+) -> Pixels:
     """Those in the rows ``first`` up to ``end`` with enough mass, hardly less than the mean of their flanks.
 
     The flanks' difference is taken whole, whatever its direction: more than it is along the axis that the
-    mixture will find, but hardly so near a ridge. ``least``: the mass that is enough, for 2 x 2 px.
+    mixture will find, but hardly so near a ridge. ``least``: what is no mass, for 2 x 2 px; ``largest``: that
+    within 6 x 6 px, for those from the row ``above`` on.
     """
     sums, width = state.sums, state.numbers.shape[1]
     rows, columns = least.shape
@@ -128,7 +131,8 @@ def _candidates(pixels: Pixels, state: SetState, least: Field, first: int, end: 
             y += 1
         i, mass = pixels.states[k], pixels.masses[k]
         odd = np.sqrt(sums[i, FLANK_X] * sums[i, FLANK_X] + sums[i, FLANK_Y] * sums[i, FLANK_Y])
-        enough = mass >= least[_coarse(y, rows), _coarse(pixels.places[k] - y * width, columns)]
+        v, u = _coarse(y, rows), _coarse(pixels.places[k] - y * width, columns)
+        enough = (mass >= CANDIDATE_RATIO * largest[v - above, u]) & (mass >= least[v, u])
         chosen[found] = k
         found += enough & (sums[i, MASS] >= half * SLACK * (sums[i, FLANKS] + odd))
     chosen = chosen[:found]
@@ -229,6 +233,7 @@ def find_ridges(state: SetState, floor_ratio: float = FLOOR_RATIO) -> tuple[Plac
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # no weight where nothing is
         inverse = np.float32(1.0) / state.weights
         floor = state.noises * inverse
+        least = np.float32(floor_ratio) * floor
     rows, coarse_rows = len(state.numbers), len(inverse)
 
     def of_rows(first: int, end: int) -> tuple[Places, Field]:
@@ -238,12 +243,8 @@ def find_ridges(state: SetState, floor_ratio: float = FLOOR_RATIO) -> tuple[Plac
         pixels = _pixels(state, inverse, 2 * above, rows if below == coarse_rows else 2 * below)
         largest = _largest_masses(pixels, state.numbers.shape[1], inverse.shape, above, below)
         largest = np.asarray(cv2.dilate(largest, np.ones((3, 3), np.uint8)), np.float32)
-        least = np.zeros_like(inverse)
-        least[top:bottom] = np.maximum(
-            CANDIDATE_RATIO * largest[top - above : bottom - above],
-            np.float32(floor_ratio) * floor[top:bottom],
-        )
-        return _edgels(state, inverse, floor, _candidates(pixels, state, least, first, end))
+        candidates = _candidates(pixels, state, least, largest, above, first, end)
+        return _edgels(state, inverse, floor, candidates)
 
     middle = rows // 4 * 2
     lower, upper = both(lambda: of_rows(middle, rows), lambda: of_rows(0, middle))
