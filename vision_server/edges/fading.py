@@ -171,8 +171,18 @@ def _free_pairs(
             x = 2.0 * (u + offset[i] * cosine[i]) + 0.5 - along * sine[i]
             y = 2.0 * (v + offset[i] * sine[i]) + 0.5 + along * cosine[i]
             column, row = int(np.rint(x)), int(np.rint(y))
-            if (number_at[row - 1 : row + 2, column - 1 : column + 2] < 0).all():
+            if _is_free(number_at, row, column):
                 places[count], squares[count] = row * columns + column, i
                 from_pixels[count] = (x - column) * cosine[i] + (y - row) * sine[i]
                 count += 1
     return places[:count], squares[:count], from_pixels[:count]
+
+
+@kernel(inline="always")
+def _is_free(number_at: Places, row: int, column: int) -> bool:
+    """Whether neither a pixel nor one beside it has an edgel."""
+    most = np.int32(-1)
+    for y in range(row - 1, row + 2):
+        for x in range(column - 1, column + 2):
+            most = max(most, number_at[y, x])
+    return most < 0
