@@ -63,7 +63,7 @@ def dark_or_even(best: Field, background: float, dark: float, free: Flags) -> Gr
     """
     is_dark = best + np.float32(dark) < DARK_RATIO * (background + dark)
     at_large = _up_to_the_border(is_dark & free)
-    if at_large.sum() < LEAST_AT_LARGE * is_dark.sum():
+    if cv2.countNonZero(at_large) < LEAST_AT_LARGE * np.count_nonzero(is_dark):
         return np.ones_like(at_large)
     return np.asarray(at_large | _up_to_the_border(_even(best, dark) & free), np.uint8)
 

@@ -167,15 +167,16 @@ def _read(grey: FlatGrey, pixels: NDArray[np.int32], parts: Field, near: Field, 
     """
     image, linear_of, columns = grey
     third = np.float32(1.0 / 3.0)
+    next_column, next_row = np.uint64(1), np.uint64(columns)  # without a sign: none counts from the end
     for i in range(len(pixels)):
         for side in range(2):
             mean, largest = np.float32(0.0), np.float32(0.0)
             for number in range(PLACES):
                 k = side * PLACES + number
-                at, right, down = pixels[i, k], parts[i, k, 0], parts[i, k, 1]
-                below = at + columns
-                a, b = linear_of[image[at]], linear_of[image[at + 1]]
-                c, d = linear_of[image[below]], linear_of[image[below + 1]]
+                at, right, down = np.uint64(pixels[i, k]), parts[i, k, 0], parts[i, k, 1]
+                below = at + next_row
+                a, b = linear_of[image[at]], linear_of[image[at + next_column]]
+                c, d = linear_of[image[below]], linear_of[image[below + next_column]]
                 a += right * (b - a)
                 value = a + down * (c + right * (d - c) - a)
                 if number < ALONG:
