@@ -185,4 +185,4 @@ def _is_free(number_at: Places, row: int, column: int) -> bool:
     for y in range(row - 1, row + 2):
         for x in range(column - 1, column + 2):
             most = max(most, number_at[y, x])
-    return most < 0
+    return bool(most < 0)
