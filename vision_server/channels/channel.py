@@ -39,6 +39,7 @@ from vision_server.channels.noise import (
     clipping_grey,
     gradient_scale,
     grey_noise,
+    sampled_greys,
     smooth_noise_factor,
 )
 
@@ -159,12 +160,13 @@ class _Measured(NamedTuple):
 def _measured(image: Pixels, gamma: float, exposure: float, sigma_px: float | None) -> _Measured:
     """At a scale, or at the one that suits the image's noise."""
     grey_sd = grey_noise(image)
-    sigma_px = gradient_scale(image, grey_sd) if sigma_px is None else sigma_px
+    counts = sampled_greys(image)
+    sigma_px = gradient_scale(image, grey_sd, counts) if sigma_px is None else sigma_px
     kernels = contrast_kernels(sigma_px, exposure)
     found = GradientRows(image, gamma, kernels)
     white = (grey_sd * linear_slope(gamma) * noise_gain(kernels)).astype(np.float32)
     factor = smooth_noise_factor(*found.sampled(), white)
-    return _Measured(sigma_px, found, white * np.float32(factor), factor, clipping_grey(image, grey_sd))
+    return _Measured(sigma_px, found, white * np.float32(factor), factor, clipping_grey(counts, grey_sd))
 
 
 def _check(image: Pixels, exposure: float, gamma: float) -> None:

@@ -10,14 +10,14 @@ from numpy.typing import NDArray
 from numerics.arrays import Field, Grey
 from numerics.axis import axis_of
 from numerics.kernels import kernel
+from numerics.marks import Marks, list_marks, no_marks
 from vision_server.channels.gaussian import Kernels, gaussian_gradient
 
 Places = NDArray[np.int32]
 
-# Chosen by hand where nothing else is said.
+# Chosen by hand.
 FLANK_RATIO = np.float32(0.65)  # under this share of what is a step along its gradient it is an edge's foot
-NARROW_RADIUS = 2  # of the kernels of sharp and clean images, which are most
-NEGLIGIBLE = 0.015  # of a kernel's largest tap: less at both ends of both kernels is left out
+FIRST_ROOM = 8  # of so many pixels one has room at first: of most images fewer are listed
 
 
 class Gradient(NamedTuple):
@@ -65,13 +65,7 @@ def gradient(linear: Grey | Field, kernels: Kernels) -> Gradient:
     kernels
         Across and along the derivative, see `contrast_kernels`.
     """
-    smooth, derivative = kernels
-    cut = len(smooth) // 2 - NARROW_RADIUS
-    if cut > 0 and all(np.abs(taps[:cut]).max() <= NEGLIGIBLE * taps.max() for taps in (smooth, derivative)):
-        smooth, derivative = smooth[cut:-cut].copy(), derivative[cut:-cut].copy()
-    if len(smooth) == 2 * NARROW_RADIUS + 1:
-        return Gradient(*_narrow_gradient(linear, smooth, derivative))
-    along_x, along_y = gaussian_gradient(linear, (smooth, derivative))
+    along_x, along_y = gaussian_gradient(linear, kernels)
     return Gradient(along_x, along_y, _length(along_x, along_y))
 
 
@@ -85,40 +79,99 @@ def _length(along_x: Field, along_y: Field) -> Field:
     return length
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def _narrow_gradient(image: Grey | Field, smooth: Field, derivative: Field) -> tuple[Field, Field, Field]:
-    """`gaussian_gradient` and `_length` with kernels of radius 2, row by row; tested against the two."""
-    rows, columns = image.shape
-    gradient = np.empty((3, rows, columns), np.float32)
-    ring = np.empty((5, columns), np.float32)
-    smoothed, derived = np.empty(columns + 4, np.float32), np.empty(columns + 4, np.float32)
-    c, p, q, u, v = smooth[2], smooth[3], smooth[4], derivative[3], derivative[4]
-    for y in range(-4, rows):
-        source, target = image[min(max(y + 2, 0), rows - 1)], ring[(y + 2) % 5]
-        for x in range(columns):
-            target[x] = np.float32(source[x])
-        if y < 0:
-            continue
-        a, b, d, e = ring[(y + 1) % 5], ring[(y + 2) % 5], ring[(y - 1) % 5], ring[(y - 2) % 5]
-        here, inner, inner_derived = ring[y % 5], smoothed[2 : columns + 2], derived[2 : columns + 2]
-        for x in range(columns):
-            inner[x] = c * here[x] + p * (a[x] + d[x]) + q * (b[x] + e[x])
-            inner_derived[x] = u * (a[x] - d[x]) + v * (b[x] - e[x])
-        for row in (smoothed, derived):
-            row[0] = row[1] = row[2]
-            row[columns + 2] = row[columns + 3] = row[columns + 1]
-        along_x, along_y, length = gradient[0, y], gradient[1, y], gradient[2, y]
-        for x in range(columns):
-            dx = u * (smoothed[x + 3] - smoothed[x + 1]) + v * (smoothed[x + 4] - smoothed[x])
-            beside, further = derived[x + 3] + derived[x + 1], derived[x + 4] + derived[x]
-            dy = c * derived[x + 2] + p * beside + q * further
-            along_x[x], along_y[x] = dx, dy
-            length[x] = np.sqrt(dx * dx + dy * dy)
-    return gradient[0], gradient[1], gradient[2]
+class PixelList(NamedTuple):
+    """A list of pixels that grows: ``places`` (M,), and ``values`` (5, M), the rest of `GradientPixels`."""
+
+    places: Places
+    values: Field
+
+    def first(self, found: int) -> GradientPixels:
+        """The first so many."""
+        return GradientPixels(self.places[:found], *self.values[:, :found])
 
 
-# Over 60 lines: with its first loops in a function of their own it takes a tenth longer.
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(nogil=True)
+def empty_list(pixels: int) -> PixelList:
+    """For the pixels of some rows, of which there are so many."""
+    room = pixels // FIRST_ROOM
+    return PixelList(np.empty(room, np.int32), np.empty((5, room), np.float32))
+
+
+@kernel(nogil=True)
+def with_room(listed: PixelList, found: int, more: int) -> PixelList:
+    """The same list, or a longer one, with room for so many more than the first ones that are found."""
+    if found + more <= len(listed.places):
+        return listed
+    room = 2 * len(listed.places) + more
+    places, values = np.empty(room, np.int32), np.empty((5, room), np.float32)
+    places[:found], values[:, :found] = listed.places[:found], listed.values[:, :found]
+    return PixelList(places, values)
+
+
+@kernel(inline="always")
+def list_row(
+    flat: Gradient, rows: tuple[int, int, int], columns: int, place: int,
+    floor: tuple[Field, np.float32, Grey], marks: Marks, listed: PixelList, found: int,
+) -> int:  # fmt: skip
+    """List the pixels of a row that `pixels_of_rows` gives; to be inlined in kernels.
+
+    Parameters
+    ----------
+    flat
+        Gradient of some rows, one behind the other, float32 (M,) each.
+    rows
+        Where in it the row before begins, the row itself, and the row after.
+    columns, place
+        How long a row is, and where this one begins in the image.
+    floor
+        For each grey, float32 (256,); the lowest of these; grey by which it is looked up, uint8 (W // 2,).
+    marks
+        Room to work in.
+    listed, found
+        Output, with room for the row, and how many pixels are listed already.
+
+    Returns
+    -------
+    How many are listed then.
+    """
+    along_x, along_y, magnitude = flat
+    places, values = listed
+    above, strong = marks.marked, marks.numbers
+    before, here, after = rows
+    floor_of, lowest, greys = floor
+    last, zero = len(greys) - 1, np.float32(0.0)
+    of_row = magnitude[here : here + columns]
+    for x in range(1, columns - 1):  # fills vector registers
+        above[x] = of_row[x] > lowest
+    candidates, count = strong[: list_marks(marks)], 0
+    for x in candidates:
+        at = here + x
+        ahead, behind = (at + 1, at - 1) if abs(along_x[at]) > abs(along_y[at]) else (after + x, before + x)
+        m, nearest = magnitude[at], max(magnitude[ahead], magnitude[behind])
+        strong[count] = x
+        count += (m > floor_of[greys[min(x >> 1, last)]]) & (m >= FLANK_RATIO * nearest)
+    for x in strong[:count]:
+        at = here + x
+        m, dx, dy = magnitude[at], along_x[at], along_y[at]
+        a, b = abs(dx), abs(dy)
+        # one step to either side: straight on, and on the diagonal that the gradient leans to
+        right = 1 if dx > zero else -1
+        down, up = (after + x, before + x) if dy > zero else (before + x, after + x)
+        straight, back = (at + right, at - right) if a > b else (down, up)
+        t = min(a, b) / max(a, b)
+        ahead_of = magnitude[straight] + t * (magnitude[down + right] - magnitude[straight])
+        behind_of = magnitude[back] + t * (magnitude[up - right] - magnitude[back])
+        difference = (ahead_of - behind_of) / m
+        places[found] = place + x
+        values[0, found] = m
+        values[1, found] = axis_of(dx, dy)
+        values[2, found] = ahead_of + behind_of
+        values[3, found] = difference * dx
+        values[4, found] = difference * dy
+        found += m >= FLANK_RATIO * max(ahead_of, behind_of)
+    return found
+
+
 def pixels_of_rows(gradient: Gradient, level: Grey, floor_of: Field, first: int, end: int) -> GradientPixels:
     """The pixels whose gradient is above the floor, and that are not on the foot of a stronger one.
 
@@ -135,57 +188,25 @@ def pixels_of_rows(gradient: Gradient, level: Grey, floor_of: Field, first: int,
     first, end
         The rows that are looked at.
     """
+    listed, found = _list_rows(gradient, level, floor_of, first, end)
+    return listed.first(found)
+
+
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _list_rows(
+    gradient: Gradient, level: Grey, floor_of: Field, first: int, end: int
+) -> tuple[PixelList, int]:
     rows, columns = gradient.magnitude.shape
-    magnitude, along_x, along_y = gradient.magnitude.ravel(), gradient.x.ravel(), gradient.y.ravel()
-    last_row, last_column = level.shape[0] - 1, level.shape[1] - 1
+    flat = Gradient(gradient.x.ravel(), gradient.y.ravel(), gradient.magnitude.ravel())
     first, end = max(first, 1), min(end, rows - 1)
-    room = max(end - first, 0) * columns
-    places, values = np.empty(room, np.int32), np.empty((5, room), np.float32)
-    lowest, zero = floor_of.min(), np.float32(0.0)
-    strong = np.empty(columns + 8, np.int32)
-    above = np.zeros((columns + 7) // 8 * 8, np.bool_)
-    eights = above.view(np.uint64)
-    found = 0
+    listed, marks, found = empty_list(max(end - first, 0) * columns), no_marks(columns), 0
+    lowest = floor_of.min()
     for y in range(first, end):
-        count = 0
-        of_row = magnitude[y * columns : (y + 1) * columns]
-        for x in range(1, columns - 1):  # fills vector registers
-            above[x] = of_row[x] > lowest
-        for k in range(len(eights)):
-            if eights[k] != 0:
-                for x in range(8 * k, 8 * k + 8):  # no branches: they would be guesses
-                    strong[count] = x
-                    count += above[x]
-        greys, candidates, count = level[min(y >> 1, last_row)], strong[:count], 0
-        for x in candidates:
-            at = y * columns + x
-            straight = 1 if abs(along_x[at]) > abs(along_y[at]) else columns
-            m, nearest = magnitude[at], max(magnitude[at + straight], magnitude[at - straight])
-            strong[count] = x
-            count += (m > floor_of[greys[min(x >> 1, last_column)]]) & (m >= FLANK_RATIO * nearest)
-        for x in strong[:count]:
-            at = y * columns + x
-            m, dx, dy = magnitude[at], along_x[at], along_y[at]
-            a, b = abs(dx), abs(dy)
-            # one step to either side: straight on, and on the diagonal that the gradient leans to
-            right, down = 1 if dx > zero else -1, columns if dy > zero else -columns
-            straight, diagonal = right if a > b else down, right + down
-            ahead, behind = magnitude[at + straight], magnitude[at - straight]
-            t = min(a, b) / max(a, b)
-            ahead += t * (magnitude[at + diagonal] - ahead)
-            behind += t * (magnitude[at - diagonal] - behind)
-            difference = (ahead - behind) / m
-            places[found] = at
-            values[0, found] = m
-            values[1, found] = axis_of(dx, dy)
-            values[2, found] = ahead + behind
-            values[3, found] = difference * dx
-            values[4, found] = difference * dy
-            found += m >= FLANK_RATIO * max(ahead, behind)
-    return GradientPixels(
-        places[:found], values[0, :found], values[1, :found], values[2, :found], values[3, :found],
-        values[4, :found],
-    )  # fmt: skip
+        listed, at = with_room(listed, found, columns), y * columns
+        floor = floor_of, lowest, level[min(y >> 1, len(level) - 1)]
+        begin = at - columns, at, at + columns
+        found = list_row(flat, begin, columns, at, floor, marks, listed, found)
+    return listed, found
 
 
 def joined(*parts: GradientPixels) -> GradientPixels:

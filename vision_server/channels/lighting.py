@@ -52,6 +52,8 @@ class Lighting(NamedTuple):
         reference exposure.
     weight_of_darkest, weight_of_brightest
         float32 (256,), for each grey its factor of the weight.
+    is_even
+        Whether the weight is 1 everywhere instead.
     """
 
     level: Pixels
@@ -59,9 +61,12 @@ class Lighting(NamedTuple):
     noise_of: Field
     weight_of_darkest: Field
     weight_of_brightest: Field
+    is_even: bool = False
 
     def weight_of_rows(self, first: int, end: int) -> Field:
         """`weight` of these rows."""
+        if self.is_even:
+            return np.ones((end - first, self.level.shape[1]), np.float32)
         top = max(first - self.reach, 0)
         level, there = self.level[top : end + self.reach], np.s_[first - top : end - top]
         darkest = _looked_up(cv2.erode(level, self._window)[there], self.weight_of_darkest)

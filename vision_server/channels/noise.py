@@ -142,7 +142,7 @@ def _variance_line(medians: Floats, counts: Floats) -> tuple[float, float]:
     return offset, slope
 
 
-def gradient_scale(image: Pixels, noise: Floats) -> float:
+def gradient_scale(image: Pixels, noise: Floats, counts: Ints) -> float:
     """Scale of the gradient that suits an image: fine when clean, coarse when noise drowns its contrast.
 
     Parameters
@@ -151,6 +151,8 @@ def gradient_scale(image: Pixels, noise: Floats) -> float:
         Grey, (H, W).
     noise
         float64 (256,), its noise from `grey_noise`.
+    counts
+        Of its greys, from `sampled_greys`.
 
     Returns
     -------
@@ -161,7 +163,7 @@ def gradient_scale(image: Pixels, noise: Floats) -> float:
         low, middle, high = (grey_per_count(image) * np.quantile(sampled, TELLING_RANKS)).tolist()
         share = float(noise[int(0.5 * (middle + high))]) / max(high - low, FINEST_STEP_GREY)
     else:
-        below = np.cumsum(_counts(image))
+        below = np.cumsum(counts)
         ranks = [int(rank * (below[-1] - 1)) for rank in TELLING_RANKS]
         low, middle, high = np.searchsorted(below, ranks, side="right").tolist()
         share = float(noise[(middle + high) // 2]) / max(high - low, 1)
@@ -169,7 +171,7 @@ def gradient_scale(image: Pixels, noise: Floats) -> float:
     return min(max(scale, FINEST_SCALE_PX), COARSEST_SCALE_PX)
 
 
-def clipping_grey(image: Pixels, noise: Floats) -> int:
+def clipping_grey(counts: Ints, noise: Floats) -> int:
     """Grey from which an image clips: `SATURATED_GREY`, or less where it was scaled after it was taken.
 
     Noise spreads what is brightest. Where as many pixels have the brightest grey of all as within that noise
@@ -177,12 +179,11 @@ def clipping_grey(image: Pixels, noise: Floats) -> int:
 
     Parameters
     ----------
-    image
-        Grey, (H, W).
+    counts
+        Of its greys, from `sampled_greys`.
     noise
         float64 (256,), its noise from `grey_noise`.
     """
-    counts = _counts(rounded(image[::SAMPLE_STEP, ::SAMPLE_STEP]), 1) if is_deep(image) else _counts(image)
     top = int(np.flatnonzero(counts)[-1])
     below = counts[max(top - math.ceil(CLIPPED_SPREAD * noise[top]), 0) : top].sum()
     if not LEAST_CLIPPED <= top < SATURATED_GREY or noise[top] < NOISY:
@@ -190,6 +191,11 @@ def clipping_grey(image: Pixels, noise: Floats) -> int:
     if counts[top] < max(FEWEST_CLIPPED, below):
         return SATURATED_GREY
     return top - (255 - SATURATED_GREY)
+
+
+def sampled_greys(image: Pixels) -> Ints:
+    """How many of an image's pixels (H, W), of which some are sampled, have each of the 256 whole greys."""
+    return _counts(rounded(image[::SAMPLE_STEP, ::SAMPLE_STEP]), 1) if is_deep(image) else _counts(image)
 
 
 @kernel(nogil=True)

@@ -8,13 +8,17 @@ most of the border has its grey in each light.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from numerics.arrays import Field, Floats, Grey, Ints
+from numerics.kernels import kernel
+from numerics.ranks import at_share
 from vision_server.channels.channel import ChannelStatistics
+from vision_server.channels.depth import is_deep
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.ground import CELL_PX, dark_or_even, free_cells, like_wall, sides_met
 from vision_server.edges.sides import Sides
@@ -55,17 +59,17 @@ class Background(NamedTuple):
 def background_of(edges: EdgeMap, sides: Sides) -> Background:
     """What is behind the edgels of a merged set, of which ``sides`` are."""
     sampled = [_coarse(channel, SAMPLE_PX) for channel in edges.channels]
-    dark = float(np.quantile(np.max(sampled, axis=0), BACKGROUND_SHARE, method="nearest"))
+    dark = float(at_share(reduce(np.maximum, sampled), BACKGROUND_SHARE))
     fits = _wall_fits(sampled, sides.dark)
-    means = [_coarse(channel, CELL_PX) for channel in edges.channels]
-    best = np.max(means, axis=0)
+    best = brightest_cells(edges.channels)
     free = free_cells(edges, sides, best.shape)
     if fits is None:
         return Background(dark, sides_met(edges, dark_or_even(best, dark, sides.dark, free)))
     walls = _walls_at_cells(fits, best.shape)
     in_image = (edges.points / np.float32(CELL_PX)).T / [[best.shape[1]], [best.shape[0]]]
     at_edgels = np.exp(fits @ _quadratic(*in_image).T) - sides.dark
-    met = sides_met(edges, like_wall(means, walls, sides.dark, free))
+    greys = (_coarse(channel, CELL_PX) for channel in edges.channels)
+    met = sides_met(edges, like_wall(greys, walls, best, sides.dark, free))
     return Background(dark, met, np.asarray(at_edgels, np.float32))
 
 
@@ -120,3 +124,25 @@ def _coarse(channel: ChannelStatistics, step: int) -> Field:
         channel.linear_at(slice(at, rows, step), slice(at, columns, step)) for at in (first, first + 1)
     )
     return np.asarray((one + other) * np.float32(0.5 / channel.exposure), np.float32)
+
+
+def brightest_cells(channels: Sequence[ChannelStatistics]) -> Field:
+    """Grey of each cell in its best light: the largest that `_coarse` gives, of cells, in some channels."""
+    best = np.zeros([max(side // CELL_PX, 1) for side in channels[0].shape], np.float32)
+    for channel in channels:
+        if is_deep(channel.pixels):
+            np.maximum(best, _coarse(channel, CELL_PX), out=best)
+        else:
+            _brighten(channel.pixels, channel.linear_of, np.float32(0.5 / channel.exposure), best)
+    return best
+
+
+@kernel(nogil=True)
+def _brighten(pixels: Grey, linear_of: Field, scale: np.float32, best: Field) -> None:
+    """Let the cells (rows, columns) of ``best`` be at least as bright as in one channel."""
+    rows, columns = best.shape
+    for v in range(rows):
+        row, next_row, of_row = pixels[CELL_PX * v], pixels[CELL_PX * v + 1], best[v]
+        for u in range(columns):
+            both = linear_of[row[CELL_PX * u]] + linear_of[next_row[CELL_PX * u + 1]]
+            of_row[u] = max(of_row[u], both * scale)

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from numerics.arrays import Floats, Reals
-from vision_server.edges.densities import any_of, sum_of_logs
+from numerics.arrays import Field, Floats, Reals
+from numerics.kernels import kernel
+from numerics.logarithm import HALF, ONE, ZERO, log_of
+from vision_server.edges.densities import TAU, any_of, sum_of_logs
 from vision_server.edges.sides import Sides
 
 # Of log-ratios; chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
@@ -44,8 +46,10 @@ def shadow_of_one(
     dark_side
         (L, N), how much likelier than any other the dark side is to be that of a shadow of each light.
     """
-    each = [one_blocked(sides, logs, noise, light, depth_sd) for light in lights.T]
-    return any_of(np.asarray(np.asarray(each) + np.log(dark_side), np.float32))
+    each = np.empty((lights.shape[1], noise.shape[1]), np.float32)
+    for light, on in enumerate(lights.T.astype(np.float32)):
+        _one_blocked(sides.near, np.float32(sides.dark), logs, noise, on, np.float32(depth_sd), each[light])
+    return any_of(np.asarray(each + np.log(dark_side), np.float32))
 
 
 def one_blocked(
@@ -53,7 +57,8 @@ def one_blocked(
 ) -> Reals:
     """Log-likelihood (N,) that a light, on as far as ``light`` (C,) says, is blocked on one side.
 
-    Where one side has the intensity I in a channel, the other has I + m light: m is fitted.
+    This is the definition. Where one side has the intensity I in a channel, the other has I + m light: m is
+    fitted.
     """
     on, variance = light.astype(np.float32)[:, None], noise + np.float32(FLAT_SD**2)
     both, precision = np.maximum(sides.near, 0.0) + np.float32(sides.dark), 1.0 / variance
@@ -68,3 +73,38 @@ def one_blocked(
     # Laplace's integral over the depth: its prior, and by how much that is wider than what is left of it
     prior = -0.5 * (np.log(1.0 + depth_sd**2 * told) + np.square(depth / depth_sd))
     return np.asarray(fitted + prior)
+
+
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _one_blocked(
+    near: Field, dark: np.float32, logs: Reals, noise: Reals, light: Field, depth_sd: np.float32, found: Field
+) -> None:
+    """As `one_blocked`; ``found`` (N,) is an output."""
+    channels, count = noise.shape
+    flat, telling = np.float32(FLAT_SD**2), np.float32(TELLING_VARIANCE)
+    room = np.zeros((5, count), np.float32)
+    missing, of_light, depth, told, squares = room[0], room[1], room[2], room[3], room[4]
+    for channel in range(channels):
+        on, back, ahead, of_noise = light[channel], near[channel, 0], near[channel, 1], noise[channel]
+        for i in range(count):
+            brighter = max(back[i], ahead[i], ZERO) + dark
+            weight = on / ((of_noise[i] + flat) * brighter * brighter)
+            missing[i] += weight * (back[i] - ahead[i])
+            of_light[i] += weight * on
+    for i in range(count):
+        missing[i] /= of_light[i]
+        depth[i] = np.float32(LEAST_DEPTH)
+    for channel in range(channels):
+        on, back, ahead, of_noise = light[channel], near[channel, 0], near[channel, 1], noise[channel]
+        log_back, log_ahead = logs[channel, 0], logs[channel, 1]
+        for i in range(count):
+            is_behind, variance = missing[i] > ZERO, of_noise[i] + flat
+            darker = max(ahead[i] if is_behind else back[i], ZERO) + dark
+            ratio = log_of(ONE + abs(missing[i]) * on / darker)
+            left = log_back[i] - log_ahead[i] - (ratio if is_behind else -ratio)
+            depth[i] = max(depth[i], ratio if variance < telling else ZERO)
+            told[i] += ratio * ratio / variance
+            squares[i] += left * left / variance + log_of(TAU * variance)
+    for i in range(count):
+        share = depth[i] / depth_sd
+        found[i] = -HALF * (squares[i] + log_of(ONE + told[i] / (share * share)) + share * share)

@@ -157,9 +157,11 @@ def _others_alike(each: EachLight, near: Field, at_end: Field, behind: Field, le
     ``less`` is an output, without its glare. All is told beside ``base``, that all lights are alike.
     """
     lights, count = each.alike.shape
-    base, nothing, turned, mirrored = np.zeros((4, count), np.float32)
-    ends, one, two = np.zeros((3, count), np.float32)
-    before_alike, is_back, is_ahead = np.ones((3, count), np.float64)
+    sums, products = np.zeros((7, count), np.float32), np.ones((3, count), np.float64)
+    # unpacked, each would have strides of any length
+    base, nothing, turned, mirrored = sums[0], sums[1], sums[2], sums[3]
+    ends, one, two = sums[4], sums[5], sums[6]
+    before_alike, is_back, is_ahead = products[0], products[1], products[2]
     for light in range(lights):
         for i in range(count):
             alike = _sure(each.alike[light, i])
@@ -196,13 +198,14 @@ def _on_prints(each: EachLight, at_end: Field, less: LessCrease) -> None:
     """Where all lights but one have the same log-ratio: adds to ``less``' shadow, gives its glare."""
     lights, count = each.alike.shape
     shaded_print, glaring_print = np.float32(SHADED_PRINT_SD**2), np.float32(GLARING_PRINT_SD**2)
-    alike, precision, pull = np.zeros((3, count), np.float32)
+    sums, densities = np.zeros((3, count), np.float32), np.full((2, count), NEVER)
+    alike, precision, pull = sums[0], sums[1], sums[2]
+    shaded, glare = densities[0], densities[1]
     for light in range(lights):
         for i in range(count):
             alike[i] += each.alike[light, i]
             precision[i] += each.precision[light, i]
             pull[i] += each.pull[light, i]
-    shaded, glare = np.full((2, count), NEVER)
     for light in range(lights):
         for i in range(count):
             others = alike[i] - each.alike[light, i]

@@ -12,12 +12,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import reduce
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from numerics.arrays import Field
 from numerics.kernels import kernel
+from numerics.ranks import at_share
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.depth import Pixels, linear_image
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, noise_gain
@@ -43,8 +45,8 @@ def with_fading(edges: EdgeMap) -> EdgeMap:
     best = _best_light(edges.channels) + added
     logs = np.log(best)
     along = gaussian_gradient(logs, contrast_kernels(SCALE))
-    sampled = logs[::DARKEST_STEP, ::DARKEST_STEP]
-    ground = np.float32(np.quantile(sampled, BACKGROUND_SHARE, method="nearest") + math.log(DARK_SIDE))
+    ground = at_share(logs[::DARKEST_STEP, ::DARKEST_STEP], BACKGROUND_SHARE)
+    ground += np.float32(math.log(DARK_SIDE))
     coarse, offset = steps_into_the_dark(logs, *along, LEAST_STEP, ground)
     gains = [noise_gain(contrast_kernels(channel.sigma_px)) for channel in edges.channels]
     noises = np.stack([channel.light.noise_at(coarse) for channel in edges.channels])
@@ -129,27 +131,58 @@ def _joined(edges: EdgeMap, coarse: Places, axis: Field, offset: Field, floor: F
 
     ``offset`` is how far from their middle along ``axis`` the edge is, in such squares.
     """
-    columns = np.int32(edges.shape[1])
-    v, u = np.divmod(coarse, columns // 2)
-    axis, offset, floor = np.tile(axis, 2), np.tile(offset, 2), np.tile(floor, 2)
-    cosine, sine = np.cos(axis), np.sin(axis)
-    along = np.repeat([-0.5, 0.5], len(coarse)) / np.maximum(np.abs(cosine), np.abs(sine))
-    x = 2.0 * (np.tile(u, 2) + offset * cosine) + 0.5 - along * sine
-    y = 2.0 * (np.tile(v, 2) + offset * sine) + 0.5 + along * cosine
-    column, row = np.rint(x).astype(np.int32), np.rint(y).astype(np.int32)
-    beside = np.stack([edges.index[row + dy, column + dx] for dy in (-1, 0, 1) for dx in (-1, 0, 1)])
-    free = np.flatnonzero((beside < 0).all(axis=0))
-    places, first = np.unique((row * columns + column)[free], return_index=True)
-    new = free[first]
-    none = np.zeros(len(new), np.float32)
-    from_pixels = (x - column) * cosine + (y - row) * sine
-    before = np.searchsorted(edges.places, places)
+    places, squares, from_pixels = _free_pairs(edges.index, coarse, np.cos(axis), np.sin(axis), offset)
+    places, first = np.unique(places, return_index=True)
+    squares, none = squares[first], np.zeros(len(places), np.float32)
+    order = np.argsort(np.concatenate([edges.places, places]), kind="stable")
+
+    def with_new(values: NDArray[Any], of_new: NDArray[Any]) -> NDArray[Any]:
+        return np.concatenate([values, of_new])[order]
+
     return replace(
         edges,
-        places=np.insert(edges.places, before, places),
-        strength=np.insert(edges.strength, before, none),
-        mass=np.insert(edges.mass, before, none),
-        axis=np.insert(edges.axis, before, axis[new]),
-        offset=np.insert(edges.offset, before, from_pixels[new]),
-        floor=np.insert(edges.floor, before, floor[new]),
+        places=with_new(edges.places, places),
+        strength=with_new(edges.strength, none),
+        mass=with_new(edges.mass, none),
+        axis=with_new(edges.axis, axis[squares]),
+        offset=with_new(edges.offset, from_pixels[first]),
+        floor=with_new(edges.floor, floor[squares]),
     )
+
+
+@kernel(nogil=True)
+def _free_pairs(
+    number_at: Places, coarse: Places, cosine: Field, sine: Field, offset: Field
+) -> tuple[Places, Places, Field]:
+    """The pixels beside which no edgel is, of the two in each of M squares that lie on an edge across.
+
+    Returns
+    -------
+    Their places, the number of the square of each, and how far from its centre along the axis the edge is.
+    """
+    columns, count = number_at.shape[1], 0
+    places, squares = np.empty(2 * len(coarse), np.int32), np.empty(2 * len(coarse), np.int32)
+    from_pixels = np.empty(2 * len(coarse), np.float32)
+    for side in (-0.5, 0.5):
+        for i in range(len(coarse)):
+            v = coarse[i] // (columns // 2)
+            u = coarse[i] - v * (columns // 2)
+            along = side / max(abs(cosine[i]), abs(sine[i]))
+            x = 2.0 * (u + offset[i] * cosine[i]) + 0.5 - along * sine[i]
+            y = 2.0 * (v + offset[i] * sine[i]) + 0.5 + along * cosine[i]
+            column, row = int(np.rint(x)), int(np.rint(y))
+            if _is_free(number_at, row, column):
+                places[count], squares[count] = row * columns + column, i
+                from_pixels[count] = (x - column) * cosine[i] + (y - row) * sine[i]
+                count += 1
+    return places[:count], squares[:count], from_pixels[:count]
+
+
+@kernel(inline="always")
+def _is_free(number_at: Places, row: int, column: int) -> bool:
+    """Whether neither a pixel nor one beside it has an edgel."""
+    most = np.int32(-1)
+    for y in range(row - 1, row + 2):
+        for x in range(column - 1, column + 2):
+            most = max(most, number_at[y, x])
+    return bool(most < 0)

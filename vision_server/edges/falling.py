@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from numerics.arrays import Field, Flags, Floats, Ints
+from numerics.kernels import kernel
 from vision_server.edges.sides import Sides
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds --levels`.
@@ -77,10 +78,17 @@ def _most_changed(near: Field) -> Ints:
     return np.asarray(np.argmax(np.abs(near[:, 0] - near[:, 1]), axis=0))
 
 
+@kernel(nogil=True)
 def _dark_side(near: Field, axis: Field) -> Ints:
     """Number (L, N) of the direction to the side that each light gives less to."""
-    ahead = np.rint(axis * (DIRECTIONS / (2.0 * np.pi))).astype(np.int64) % DIRECTIONS
-    return np.asarray(np.where(near[:, 0] < near[:, 1], (ahead + DIRECTIONS // 2) % DIRECTIONS, ahead))
+    numbers = np.empty((len(near), len(axis)), np.int64)
+    per_rad, half = np.float32(DIRECTIONS / (2.0 * np.pi)), DIRECTIONS // 2
+    for light in range(len(near)):
+        behind, before, of_light = near[light, 0], near[light, 1], numbers[light]
+        for i in range(len(axis)):
+            ahead = int(np.rint(axis[i] * per_rad))
+            of_light[i] = (ahead + half if behind[i] < before[i] else ahead) % DIRECTIONS
+    return numbers
 
 
 def learn_falling(parts: Sides, is_outline: Flags, is_shadow: Flags) -> Falling:

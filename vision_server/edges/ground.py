@@ -8,7 +8,8 @@ another edge is, the edgel is of the outermost edge there.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable
 
 import cv2
 import numpy as np
@@ -62,12 +63,12 @@ def dark_or_even(best: Field, background: float, dark: float, free: Flags) -> Gr
     """
     is_dark = best + np.float32(dark) < DARK_RATIO * (background + dark)
     at_large = _up_to_the_border(is_dark & free)
-    if at_large.sum() < LEAST_AT_LARGE * is_dark.sum():
+    if cv2.countNonZero(at_large) < LEAST_AT_LARGE * np.count_nonzero(is_dark):
         return np.ones_like(at_large)
     return np.asarray(at_large | _up_to_the_border(_even(best, dark) & free), np.uint8)
 
 
-def like_wall(means: Sequence[Field], walls: Field, dark: float, free: Flags) -> Grey:
+def like_wall(greys: Iterable[Field], walls: Field, best: Field, dark: float, free: Flags) -> Grey:
     """1 for cells of a lit wall, or even ones that go on to where the border is not like it.
 
     A wall's cell is like it in some of the lights, may be in a shadow in others, and is much brighter in
@@ -75,19 +76,20 @@ def like_wall(means: Sequence[Field], walls: Field, dark: float, free: Flags) ->
 
     Parameters
     ----------
-    means
-        Grey of each cell at reference exposure, in each light.
+    greys
+        Of each cell at reference exposure, in each light.
     walls
         What it has there, with ``dark`` added, (C, rows, columns).
+    best
+        The largest of each cell's ``greys``.
     """
     likes, is_brighter = np.zeros(free.shape, np.uint16), np.zeros(free.shape, np.bool_)
-    for mean, wall in zip(means, walls, strict=True):
-        ratio = (mean + np.float32(dark)) / wall
+    for grey, wall in zip(greys, walls, strict=True):
+        ratio = (grey + np.float32(dark)) / wall
         likes += np.abs(ratio - 1.0) < LIKE_WALL
         is_brighter |= ratio > BRIGHTEST_WALL
-    ground = _up_to_the_border((likes >= LEAST_LIKE_WALL * len(means)) & ~is_brighter & free)
-    even = _even(np.max(means, axis=0), dark)
-    return np.asarray(ground | _up_to_the_border(even & free & (ground == 0)), np.uint8)
+    ground = _up_to_the_border((likes >= LEAST_LIKE_WALL * len(walls)) & ~is_brighter & free)
+    return np.asarray(ground | _up_to_the_border(_even(best, dark) & free & (ground == 0)), np.uint8)
 
 
 def sides_met(edges: EdgeMap, ground: Grey) -> Grey:
@@ -97,8 +99,8 @@ def sides_met(edges: EdgeMap, ground: Grey) -> Grey:
 
 def _even(best: Field, dark: float) -> Flags:
     """Which cells have neighbours of their grey."""
-    beside, logs = np.ones((3, 3), np.uint8), np.log(np.maximum(best, 0.0) + np.float32(dark))
-    return np.asarray(cv2.dilate(logs, beside) - cv2.erode(logs, beside) < EVEN)
+    beside, added = np.ones((3, 3), np.uint8), best + np.float32(dark)
+    return np.asarray(cv2.dilate(added, beside) < np.float32(math.exp(EVEN)) * cv2.erode(added, beside))
 
 
 def _up_to_the_border(cells: Flags) -> Grey:

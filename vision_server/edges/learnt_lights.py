@@ -18,6 +18,8 @@ from typing import NamedTuple
 import numpy as np
 
 from numerics.arrays import Field, Floats
+from numerics.kernels import kernel
+from numerics.ranks import at_share
 from vision_server.edges.dark_room import LEAST_STEP, SURE, lamps_in_the_dark, unsure_and_lit
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.sides import Sides
@@ -76,7 +78,8 @@ def _that_explain(clusters: list[Cluster], sides: Sides) -> KnownLights | None:
         if len({(cluster.middle > 0.0).tobytes() for cluster in some}) < len(some):
             continue
         lights = known_lights(_levels(some))
-        if _explains(lights, sides):
+        parts = parts_of(sides, lights)
+        if parts is not None and _are_lights(parts):
             return lights
         tried += 1
         if tried == MOST_TRIED:
@@ -104,21 +107,24 @@ def _alone_and_together(sides: Sides) -> KnownLights | None:
         lit, turned = LEVEL_SD * total > noise, LEVEL_SD * uneven > noise
         if min(lit.sum(), turned.sum()) < FEWEST_PLACES:
             continue
-        lower = np.quantile(both[lit] / total[lit], 1.0 - OUTSIDE, method="nearest")
+        lower = at_share(both[lit] / total[lit], 1.0 - OUTSIDE)
         steps = (both - least)[turned] / uneven[turned]
-        upper, most = np.quantile(steps, (OUTSIDE, 1.0 - OUTSIDE), method="nearest")
+        upper, most = at_share(steps, OUTSIDE), at_share(steps, 1.0 - OUTSIDE)
         is_sun = most < LEVEL_SLACK
         if not is_sun and (not -LEVEL_SLACK < upper - lower < LEVEL_UNSURE or count * upper < 1.0):
             continue
         levels = np.insert(np.eye(count), other, 0.0 if is_sun else max(lower, upper), axis=0)
-        parts = parts_of(sides, known_lights(levels))
+        lights = known_lights(levels)
+        parts = parts_of(sides, lights)
         if parts is None:
             continue
         of_lamps = _of_lamps(parts.near[:-1], np.delete(variance, other, axis=0), variance[other])
-        if not is_sun and of_lamps.shape[1] < count:
-            continue
-        lights = known_lights(np.insert(of_lamps, other, levels[other, 0], axis=0))
-        if _explains(lights, sides):
+        if of_lamps.shape[1] < count:  # some of the images are of several lamps
+            if not is_sun:
+                continue
+            lights = known_lights(np.insert(of_lamps, other, 0.0, axis=0))
+            parts = parts_of(sides, lights)
+        if parts is not None and _are_lights(parts):
             return lights
     return None
 
@@ -160,12 +166,9 @@ def _of_one_light(clusters: list[Cluster]) -> list[Cluster]:
     ]
 
 
-def _explains(lights: KnownLights, sides: Sides) -> bool:
-    """Whether what each light gives to the sides is never less than nothing, but for noise."""
-    parts = parts_of(sides, lights)
-    if parts is None:
-        return False
-    negative = np.any(parts.near < -SURE * parts.noise[:, None] - sides.dark, axis=(0, 1))
+def _are_lights(parts: Sides) -> bool:
+    """Whether what each of some lights gives to the sides is never less than nothing, but for noise."""
+    negative = np.any(parts.near < -SURE * parts.noise[:, None] - parts.dark, axis=(0, 1))
     return bool(np.mean(negative & parts.known[0]) < MOST_NEGATIVE)
 
 
@@ -187,9 +190,7 @@ def _telling_steps(sides: Sides) -> Floats:
 
 def _clusters(steps: Floats) -> list[Cluster]:
     """Clusters, from the largest on."""
-    apart = np.zeros((len(steps), len(steps)))
-    for of_one in steps.T:
-        np.maximum(apart, np.abs(of_one[:, None] - of_one), out=apart)
+    apart = _apart(steps)
     near, left = (apart < ALIKE).astype(np.float32), np.ones(len(steps), np.bool_)
     clusters: list[Cluster] = []
     while left.any():
@@ -201,3 +202,16 @@ def _clusters(steps: Floats) -> list[Cluster]:
         clusters.append(Cluster(np.where(middle > ON_BY_MANY, middle, 0.0), int(count[most])))
         left &= apart[most] > APART
     return clusters
+
+
+@kernel(nogil=True)
+def _apart(steps: Floats) -> Floats:
+    """By how much each of M steps (M, C) differs from each other one at most, float64 (M, M)."""
+    apart = np.zeros((len(steps), len(steps)))
+    for i in range(len(steps)):
+        for k in range(i):
+            most = 0.0
+            for channel in range(steps.shape[1]):
+                most = max(most, abs(steps[i, channel] - steps[k, channel]))
+            apart[i, k] = apart[k, i] = most
+    return apart

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from numerics.arrays import Field
 from numerics.axis import axis_of
 from numerics.kernels import kernel
+from numerics.marks import list_marks, no_marks
 from numerics.two_cores import both
 from vision_server.edges.mixture import BINS, fit_mixtures
 
@@ -57,8 +58,8 @@ class SetState(NamedTuple):
     noises: Field
 
 
-class Candidates(NamedTuple):
-    """Pixels that may be on a ridge, in raster order: places, numbers of their states, masses; (M,) each."""
+class Pixels(NamedTuple):
+    """Pixels in raster order: places, numbers of their states, masses; (M,) each."""
 
     places: Places
     states: Places
@@ -72,46 +73,70 @@ def _coarse(at: int, end: int) -> int:
 
 
 @kernel(nogil=True)
-def _largest_masses(state: SetState, inverse: Field, first: int, end: int) -> Field:
-    """Largest mass in each 2 x 2 px of the coarse rows ``first`` up to ``end``."""
+def _pixels(state: SetState, inverse: Field, first: int, end: int) -> Pixels:
+    """The pixels of rows ``first`` up to ``end`` that have a state."""
     numbers, sums = state.numbers, state.sums
     rows, columns = inverse.shape
+    places, states = np.empty(len(sums), np.int32), np.empty(len(sums), np.int32)
+    masses = np.empty(len(sums), np.float32)
+    found, width = 0, numbers.shape[1]
+    marks = no_marks(width)
+    for y in range(first, end):
+        v, of_row = _coarse(y, rows), numbers[y]
+        for x in range(width):
+            marks.marked[x] = of_row[x] >= 0
+        for x in marks.numbers[: list_marks(marks)]:
+            i = of_row[x]
+            places[found], states[found] = y * width + x, i
+            masses[found] = sums[i, MASS] * inverse[v, _coarse(x, columns)]
+            found += 1
+    return Pixels(places[:found], states[:found], masses[:found])
+
+
+@kernel(nogil=True)
+def _largest_masses(pixels: Pixels, width: int, coarse: tuple[int, int], first: int, end: int) -> Field:
+    """Largest mass in each 2 x 2 px of the coarse rows ``first`` up to ``end``, of which the pixels are.
+
+    The image is ``width`` px wide and has ``coarse`` rows and columns of 2 x 2 px.
+    """
+    rows, columns = coarse
     largest = np.zeros((end - first, columns), np.float32)
-    for y in range(2 * first, len(numbers) if end == rows else 2 * end):
-        v = _coarse(y, rows)
-        for x in range(numbers.shape[1]):
-            if numbers[y, x] >= 0:
-                u = _coarse(x, columns)
-                mass = sums[numbers[y, x], MASS] * inverse[v, u]
-                largest[v - first, u] = max(largest[v - first, u], mass)
+    y = 2 * first
+    for i in range(len(pixels.places)):
+        while pixels.places[i] >= (y + 1) * width:
+            y += 1
+        v, u = _coarse(y, rows) - first, _coarse(pixels.places[i] - y * width, columns)
+        largest[v, u] = max(largest[v, u], pixels.masses[i])
     return largest
 
 
 @kernel(nogil=True)
-def _candidates(state: SetState, inverse: Field, least: Field, first: int, end: int) -> Candidates:
-    """Pixels of rows ``first`` up to ``end`` with enough mass, hardly less than the mean of their flanks.
+def _candidates(
+    pixels: Pixels, state: SetState, least: Field, largest: Field, above: int, first: int, end: int
+) -> Pixels:
+    """Those in the rows ``first`` up to ``end`` with enough mass, hardly less than the mean of their flanks.
 
     The flanks' difference is taken whole, whatever its direction: more than it is along the axis that the
-    mixture will find, but hardly so near a ridge. ``least``: the mass that is enough, for 2 x 2 px.
+    mixture will find, but hardly so near a ridge. ``least``: what is no mass, for 2 x 2 px; ``largest``: that
+    within 6 x 6 px, for those from the row ``above`` on.
     """
-    numbers, sums = state.numbers, state.sums
-    rows, columns = inverse.shape
+    sums, width = state.sums, state.numbers.shape[1]
+    rows, columns = least.shape
     half = np.float32(0.5)
-    places, states = np.empty(len(sums), np.int32), np.empty(len(sums), np.int32)
-    masses = np.empty(len(sums), np.float32)
-    found = 0
-    for y in range(first, end):
-        v = _coarse(y, rows)
-        for x in range(numbers.shape[1]):
-            i = numbers[y, x]
-            if i < 0:
-                continue
-            u = _coarse(x, columns)
-            odd = np.sqrt(sums[i, FLANK_X] * sums[i, FLANK_X] + sums[i, FLANK_Y] * sums[i, FLANK_Y])
-            mass = sums[i, MASS] * inverse[v, u]
-            places[found], states[found], masses[found] = y * numbers.shape[1] + x, i, mass
-            found += (mass >= least[v, u]) & (sums[i, MASS] >= half * SLACK * (sums[i, FLANKS] + odd))
-    return Candidates(places[:found], states[:found], masses[:found])
+    begin, stop = np.searchsorted(pixels.places, first * width), np.searchsorted(pixels.places, end * width)
+    chosen = np.empty(stop - begin, np.int32)
+    found, y = 0, first
+    for k in range(begin, stop):
+        while pixels.places[k] >= (y + 1) * width:
+            y += 1
+        i, mass = pixels.states[k], pixels.masses[k]
+        odd = np.sqrt(sums[i, FLANK_X] * sums[i, FLANK_X] + sums[i, FLANK_Y] * sums[i, FLANK_Y])
+        v, u = _coarse(y, rows), _coarse(pixels.places[k] - y * width, columns)
+        enough = (mass >= CANDIDATE_RATIO * largest[v - above, u]) & (mass >= least[v, u])
+        chosen[found] = k
+        found += enough & (sums[i, MASS] >= half * SLACK * (sums[i, FLANKS] + odd))
+    chosen = chosen[:found]
+    return Pixels(pixels.places[chosen], pixels.states[chosen], pixels.masses[chosen])
 
 
 @kernel(inline="always")
@@ -154,7 +179,7 @@ def _across(sums: Field, c: np.float32, s: np.float32) -> tuple[bool, np.float32
 
 
 @kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def _edgels(state: SetState, inverse: Field, floor: Field, candidates: Candidates) -> tuple[Places, Field]:
+def _edgels(state: SetState, inverse: Field, floor: Field, candidates: Pixels) -> tuple[Places, Field]:
     """The candidates that are maxima across the axis of their mixture: places, and what is known of them."""
     places, states, masses = candidates
     rows, columns = inverse.shape
@@ -208,19 +233,18 @@ def find_ridges(state: SetState, floor_ratio: float = FLOOR_RATIO) -> tuple[Plac
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # no weight where nothing is
         inverse = np.float32(1.0) / state.weights
         floor = state.noises * inverse
+        least = np.float32(floor_ratio) * floor
     rows, coarse_rows = len(state.numbers), len(inverse)
 
     def of_rows(first: int, end: int) -> tuple[Places, Field]:
         """The first one is even; the end too, unless it is that of the image."""
         top, bottom = first >> 1, coarse_rows if end == rows else end >> 1
         above, below = max(top - 1, 0), min(bottom + 1, coarse_rows)
-        largest = cv2.dilate(_largest_masses(state, inverse, above, below), np.ones((3, 3), np.uint8))
-        least = np.zeros_like(inverse)
-        inner = np.asarray(largest[top - above : bottom - above], np.float32)
-        least[top:bottom] = np.maximum(
-            CANDIDATE_RATIO * inner, np.float32(floor_ratio) * floor[top:bottom]
-        )
-        return _edgels(state, inverse, floor, _candidates(state, inverse, least, first, end))
+        pixels = _pixels(state, inverse, 2 * above, rows if below == coarse_rows else 2 * below)
+        largest = _largest_masses(pixels, state.numbers.shape[1], inverse.shape, above, below)
+        largest = np.asarray(cv2.dilate(largest, np.ones((3, 3), np.uint8)), np.float32)
+        candidates = _candidates(pixels, state, least, largest, above, first, end)
+        return _edgels(state, inverse, floor, candidates)
 
     middle = rows // 4 * 2
     lower, upper = both(lambda: of_rows(middle, rows), lambda: of_rows(0, middle))

@@ -60,11 +60,13 @@ def _sums(values: Field, noise: Field, more: float) -> Field:
     return sums
 
 
-@kernel(inline="always")
-def _about_a_mean(sums: Field, i: int, sd: float) -> np.float32:
-    """Log-likelihood that values scatter about a mean that is N(0, sd^2)."""
-    likelier = of_a_mean(sums[PRECISION, i], sums[PULL, i], np.float32(sd * sd))
-    return np.float32(sums[ALONE, i] + likelier)
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _about_a_mean(sums: Field, sd: float, found: Field) -> None:
+    """Log-likelihood (N,), an output, that values scatter about a mean that is N(0, sd^2), by their sums."""
+    alone, precision, pull = sums[ALONE], sums[PRECISION], sums[PULL]
+    variance = np.float32(sd * sd)
+    for i in range(len(found)):
+        found[i] = alone[i] + of_a_mean(precision[i], pull[i], variance)
 
 
 @kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
@@ -73,7 +75,8 @@ def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) 
     channels, count = of.noise.shape
     least, of_shorter = np.float32(math.exp(-DEEPEST_PRINT)), np.float32(SHORTER**2)
     lit, darkness = np.zeros((2, count), np.float32), np.empty((channels, count), np.float32)
-    ratios, noise, unsure = np.empty((3, channels, count), np.float32)
+    room = np.empty((3, channels, count), np.float32)
+    ratios, noise, unsure = room[0], room[1], room[2]  # unpacked, each would have strides of any length
     for channel in range(channels):
         for i in range(count):
             lit[0, i] = max(lit[0, i], of.brightest[channel, 0, i])
@@ -98,9 +101,11 @@ def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) 
     surface = SURFACE_SD**2
     behind, crease = _sums(darkness, noise, surface), _sums(ratios, noise, surface + CREASE_SD**2)
     flat, uneven = _sums(ratios, unsure, FLAT_SD**2), _sums(ratios, noise, UNEVEN_SD**2)
+    _about_a_mean(behind, BACKGROUND_SD, found[0])
+    _about_a_mean(crease, PRINT_SD, found[1])
+    _about_a_mean(flat, PRINT_SD, found[2])
+    _about_a_mean(flat, FAINT_SD, found[3])
+    none, not_even = found[3], np.empty(count, np.float32)
+    _about_a_mean(uneven, UNEVEN_SD, not_even)
     for i in range(count):
-        found[0, i] = _about_a_mean(behind, i, BACKGROUND_SD)
-        found[1, i] = _about_a_mean(crease, i, PRINT_SD)
-        found[2, i] = _about_a_mean(flat, i, PRINT_SD)
-        faint = _about_a_mean(flat, i, FAINT_SD)
-        found[3, i] = log_of_sum(faint, _about_a_mean(uneven, i, UNEVEN_SD)) + log_of(HALF)
+        none[i] = log_of_sum(none[i], not_even[i]) + log_of(HALF)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from numerics.arrays import Field, Flags, Grey, Ints
 from numerics.kernels import kernel
+from numerics.logarithm import ZERO
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.depth import WHITE, Deep, deepened, is_deep, linear_image
 from vision_server.channels.gaussian import contrast_kernels, noise_gain
@@ -91,9 +92,7 @@ def _flat_grey(channel: ChannelStatistics) -> FlatGrey:
 
 def evenly_weighted(channel: ChannelStatistics) -> ChannelStatistics:
     """The channel with the same say everywhere: merged so, shadows and highlights stay edges."""
-    even = np.ones(256, np.float32)
-    light = channel.light._replace(weight_of_darkest=even, weight_of_brightest=even)
-    return replace(channel, light=light)
+    return replace(channel, light=channel.light._replace(is_even=True))
 
 
 def furthest_reach(edges: EdgeMap) -> np.float32:
@@ -140,22 +139,22 @@ def _places(
     Flat indices of the pixels above and left of them, int32 (N, 2 * PLACES), and which share of the way they
     are to the next column and to the next row, float32 (N, 2 * PLACES, 2).
     """
-    pixels, parts = (
-        np.empty((len(points), 2 * PLACES), np.int32),
-        np.empty((len(points), 2 * PLACES, 2), np.float32),
-    )
+    pixels = np.empty((len(points), 2 * PLACES), np.int32)
+    parts = np.empty((len(points), 2 * PLACES, 2), np.float32)
+    away, along = np.empty(2 * PLACES, np.float32), np.empty(2 * PLACES, np.float32)
+    for k in range(2 * PLACES):
+        number = k % PLACES
+        away[k] = reach[max(number - ALONG + 1, 0)] * np.float32(1 if k >= PLACES else -1)
+        along[k] = np.float32((0, 1, -1, 0, 0)[number])
+    right, bottom = np.float32(columns - 1), np.float32(rows - 1)
+    last_column, last_row, width = np.int32(columns - 2), np.int32(rows - 2), np.int32(columns)
     for i in range(len(points)):
-        nx, ny = normals[i, 0], normals[i, 1]
+        at_x, at_y, nx, ny = points[i, 0], points[i, 1], normals[i, 0], normals[i, 1]
         for k in range(2 * PLACES):
-            number = k % PLACES
-            away = reach[max(number - ALONG + 1, 0)] * np.float32(1 if k >= PLACES else -1)
-            along = np.float32((0, 1, -1, 0, 0)[number])
-            x = points[i, 0] + away * nx - along * ny
-            y = points[i, 1] + away * ny + along * nx
-            x = min(max(x, np.float32(0.0)), np.float32(columns - 1))
-            y = min(max(y, np.float32(0.0)), np.float32(rows - 1))
-            u, v = min(int(x), columns - 2), min(int(y), rows - 2)
-            pixels[i, k] = v * columns + u
+            x = min(max(at_x + away[k] * nx - along[k] * ny, ZERO), right)
+            y = min(max(at_y + away[k] * ny + along[k] * nx, ZERO), bottom)
+            u, v = min(np.int32(x), last_column), min(np.int32(y), last_row)
+            pixels[i, k] = v * width + u
             parts[i, k, 0], parts[i, k, 1] = x - np.float32(u), y - np.float32(v)
     return pixels, parts
 
@@ -168,15 +167,16 @@ def _read(grey: FlatGrey, pixels: NDArray[np.int32], parts: Field, near: Field, 
     """
     image, linear_of, columns = grey
     third = np.float32(1.0 / 3.0)
+    next_column, next_row = np.uint64(1), np.uint64(columns)  # without a sign: none counts from the end
     for i in range(len(pixels)):
         for side in range(2):
             mean, largest = np.float32(0.0), np.float32(0.0)
             for number in range(PLACES):
                 k = side * PLACES + number
-                at, right, down = pixels[i, k], parts[i, k, 0], parts[i, k, 1]
-                below = at + columns
-                a, b = linear_of[image[at]], linear_of[image[at + 1]]
-                c, d = linear_of[image[below]], linear_of[image[below + 1]]
+                at, right, down = np.uint64(pixels[i, k]), parts[i, k, 0], parts[i, k, 1]
+                below = at + next_row
+                a, b = linear_of[image[at]], linear_of[image[at + next_column]]
+                c, d = linear_of[image[below]], linear_of[image[below + next_column]]
                 a += right * (b - a)
                 value = a + down * (c + right * (d - c) - a)
                 if number < ALONG:

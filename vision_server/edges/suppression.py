@@ -6,10 +6,11 @@ tested against it. The other merge rules (`rivals.merge_rules`) use it as it is.
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
+from numpy.typing import NDArray
 
-from numerics.arrays import Field, Flags, Grey
+from numerics.arrays import Field, Flags, Grey, Ints
+from numerics.kernels import kernel
 from vision_server.edges.edge_map import EdgeMap
 
 LOW_NOISE_RATIO = 4.0  # hysteresis thresholds, in standard deviations of the merged contrast
@@ -79,13 +80,50 @@ def hysteresis(edges: EdgeMap, low: float | Field, high: float | Field) -> Flags
     bool (N,).
     """
     weak, strong = edges.strength > low, edges.strength > np.maximum(low, high)
-    image = np.zeros(edges.shape, np.uint8)
-    image.ravel()[edges.places] = weak
-    count, labels = cv2.connectedComponents(image, connectivity=8)
-    pieces = np.asarray(labels).ravel()[edges.places]
-    kept = np.zeros(count, np.bool_)
-    kept[pieces[strong]] = True
-    return np.asarray(kept[pieces])
+    return _reached(edges.places, edges.shape[1], weak, strong)
+
+
+@kernel(nogil=True)
+def _reached(places: NDArray[np.int32], columns: int, weak: Flags, strong: Flags) -> Flags:
+    """Which of N ascending places are 8-connected through weak ones to a strong one, weak itself.
+
+    Each piece is a tree of edgels; ``parent`` is an earlier one of the same piece, of its root itself.
+    """
+    parent = np.arange(len(places))
+    above = row = 0  # the first edgel that may be beside the row above, and where this row begins
+    for i in range(len(places)):
+        while places[i] >= row + columns:
+            row += columns
+        first = places[i] - columns - (1 if places[i] > row else 0)
+        last = places[i] - columns + (1 if places[i] < row + columns - 1 else 0)
+        while places[above] < first:
+            above += 1
+        if not weak[i]:
+            continue
+        if i > 0 and weak[i - 1] and places[i - 1] == places[i] - 1 >= row:
+            parent[i] = parent[i - 1]
+        k = above
+        while k < i and places[k] <= last:
+            if weak[k]:
+                _join(parent, i, k)
+            k += 1
+    reached = strong & weak
+    for i in range(len(places)):
+        parent[i] = parent[parent[i]]  # those before are roots' children by now
+        reached[parent[i]] |= reached[i]
+    for i in range(len(places)):
+        reached[i] = weak[i] & reached[parent[i]]
+    return reached
+
+
+@kernel()
+def _join(parent: Ints, one: int, other: int) -> None:
+    """Make one tree of those of two edgels."""
+    while one != other:
+        one, other = max(one, other), min(one, other)
+        if parent[one] == one:
+            parent[one] = other
+        one = parent[one]
 
 
 def edge_picture(edges: EdgeMap) -> Grey:

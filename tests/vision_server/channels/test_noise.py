@@ -14,6 +14,7 @@ from vision_server.channels.noise import (
     clipping_grey,
     gradient_scale,
     grey_noise,
+    sampled_greys,
 )
 
 
@@ -46,7 +47,9 @@ def test_small_images_have_quantisation_noise(shape: tuple[int, int]) -> None:
 
 def test_scale_grows_with_noise_over_contrast() -> None:
     clean, noisy, drowned = (ramp_with_noise(read, 0.0) for read in (0.5, 12.0, 60.0))
-    scales = [gradient_scale(image, grey_noise(image)) for image in (clean, noisy, drowned)]
+    scales = [
+        gradient_scale(image, grey_noise(image), sampled_greys(image)) for image in (clean, noisy, drowned)
+    ]
     assert scales[0] == FINEST_SCALE_PX
     assert scales[0] < scales[1] < scales[2] <= COARSEST_SCALE_PX
 
@@ -59,7 +62,7 @@ def test_an_image_that_was_scaled_clips_below_white(deep: bool) -> None:
 
     def found(image: Floats) -> int:
         pixels = np.round(257.0 * image).astype(np.uint16) if deep else np.round(image).astype(np.uint8)
-        return clipping_grey(pixels, grey_noise(pixels))
+        return clipping_grey(sampled_greys(pixels), grey_noise(pixels))
 
     assert found(noisy) == SATURATED_GREY
     assert found(0.8 * noisy) == 204 - (255 - SATURATED_GREY)

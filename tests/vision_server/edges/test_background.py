@@ -6,7 +6,7 @@ import numpy as np
 
 from numerics.arrays import Flags, Grey
 from vision_server.channels.channel import channel_statistics
-from vision_server.edges.background import Background, background_of
+from vision_server.edges.background import Background, background_of, brightest_cells
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.ground import BOTH, NEITHER, ONE
 from vision_server.edges.kinds import edge_kinds
@@ -45,6 +45,17 @@ def met_in(edges: EdgeMap) -> Grey:
 def of_outline(edges: EdgeMap) -> Flags:
     x, y = edges.points.T
     return np.asarray((x < 42) | (x > 158) | (y < 32) | (y > 128))
+
+
+def test_the_best_light_of_a_cell_is_the_largest_mean_of_its_two_pixels_on_the_diagonal() -> None:
+    one, other = (image[:159] for image in images(3, 90))
+    sixteen_bits = (other.astype(np.uint16) * 257).astype(np.uint16)
+    channels = [channel_statistics(one, 2.0, 2.2), channel_statistics(sixteen_bits, 1.5)]
+    means = [
+        (channel.linear[:158:2, ::2] + channel.linear[1:158:2, 1::2]) * np.float32(0.5 / channel.exposure)
+        for channel in channels
+    ]
+    np.testing.assert_array_equal(brightest_cells(channels), np.maximum(*means))
 
 
 def test_the_rim_of_a_dark_place_within_meets_no_ground_and_one_side_of_the_outline_does() -> None:

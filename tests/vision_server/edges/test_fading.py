@@ -93,6 +93,19 @@ def test_noise_in_the_dark_brings_none_and_the_others_stay() -> None:
     np.testing.assert_array_equal(after.points[~new], before.points)
 
 
+def test_what_is_added_lies_beside_no_edgel_and_each_in_a_row_of_its_own() -> None:
+    before = merged(images(1.5, 8.0))
+    after = with_fading(before)
+    new = np.isin(after.places, before.places, invert=True)
+    assert (after.mass == 0.0)[new].all()
+    y, x = np.divmod(after.places[new], before.shape[1])
+    for dy, dx in np.ndindex(3, 3):
+        assert (before.index[y + dy - 1, x + dx - 1] < 0).all()
+    at = at_contour(after)[new]
+    assert at.sum() > 60
+    assert len(np.unique(y[at])) == at.sum()
+
+
 def test_images_of_odd_sizes_and_of_sixteen_bits_have_the_same() -> None:
     some = [image[:119, :159].astype(np.uint16) * 257 for image in images(1.5, 8.0)]
     after = with_fading(merge_channels([channel_statistics(image) for image in some]))

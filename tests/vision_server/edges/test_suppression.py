@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 from skimage.filters import apply_hysteresis_threshold
@@ -59,6 +60,17 @@ def test_hysteresis_follows_diagonals_and_drops_weak_pieces() -> None:
     assert kept.sum() == 5
     assert not kept[8].any()
     assert not kept_pixels(np.zeros((5, 5), np.float32), 1.0, 2.0).any()
+
+
+@pytest.mark.parametrize("columns", [1, 2, 40])
+def test_hysteresis_keeps_the_connected_components_that_hold_something_strong(columns: int) -> None:
+    random = np.random.default_rng(columns)
+    for share in (0.2, 0.4, 0.7):
+        ridge = np.where(random.random((50, columns)) < share, random.random((50, columns)), 0.0)
+        ridge = ridge.astype(np.float32)
+        labels = np.asarray(cv2.connectedComponents((ridge > 0.3).astype(np.uint8), connectivity=8)[1])
+        expected = (ridge > 0.3) & np.isin(labels, labels[ridge > 0.9])
+        np.testing.assert_array_equal(kept_pixels(ridge, 0.3, 0.9), expected)
 
 
 def test_thresholds_may_differ_from_pixel_to_pixel() -> None:
