@@ -68,9 +68,7 @@ STRETCHED_NATS = 12.0
 # 0.74 and more is left; of four with a true one, two of them at wrong poses, 0.46 at most.
 LEAST_BORNE_OUT = 0.6
 RIGHT_OF_WRONG_MODEL = 0.66  # share of such poses that are right: 23 of 35 with a model 2 % too long
-# Of poses, over stated standard deviations. By hand: 2400 drawn estimates are the likeliest at 1.15,
-# 1069 sessions in ray-traced hard light at .9; but wrong poses are mostly ones that few lines hold.
-ERROR_OVER_SD = 1.2
+ERROR_OVER_SD = 1.3  # of poses in hard light, over stated standard deviations: by their 90th percentile
 RIVAL_NATS = 3.0  # of evidence between two poses, for odds of e: neighbouring lines speak together; by hand
 MOST_ODDS = 1000.0  # of another model; larger ones leave the pose no less belief
 LEAST_UNCERTAINTY = 0.0005  # being surer than this is no further reason to believe

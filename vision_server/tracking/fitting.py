@@ -66,7 +66,6 @@ LEAST_FREE = 0.2  # of a residual's variance, the share that the fit is taken to
 COMMON_SHARE = 0.7  # of off^2, what the lines of a row (`repeated`) share: of a film of slots 0.66
 LEAST_LINES = 4  # that hold a pose and tell what lines are off: a pose takes three
 FARTHEST_SIGMAS = 30.0  # beyond these, a normal's tail has no number
-EDGE_POINTS_ERROR_OVER_SD = 1.3  # of poses, over what edge points alone state; beliefs are calibrated with it
 WIDER_BY = 25.0  # a covariance is wider by this over the numbers that its variance is from, and one
 
 

@@ -23,9 +23,9 @@ from vision_server.pose.covariance import uncertainty
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
 from vision_server.pose.support import PoseSupport, support_of
-from vision_server.pose.trust import RIVAL_NATS, belief, quality, shared
+from vision_server.pose.trust import ERROR_OVER_SD, RIVAL_NATS, belief, quality, shared
 from vision_server.tracking.beside import Beside, beside
-from vision_server.tracking.fitting import EDGE_POINTS_ERROR_OVER_SD, Fit, Habits, fitted
+from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import Tone, problem_of, window
 from vision_server.tracking.motion import Motion
 from vision_server.tracking.outermost import outermost
@@ -75,8 +75,7 @@ class Found:
     @cached_property
     def _own_belief(self) -> float:
         """Without rivals; the covariance of a fit has the tails already that are meant for an estimate's."""
-        spread = uncertainty(self.covariance, self.pose.translation)
-        return belief(self.support, 0.0, spread / EDGE_POINTS_ERROR_OVER_SD)
+        return belief(self.support, 0.0, uncertainty(self.covariance, self.pose.translation) / ERROR_OVER_SD)
 
     def belief(self, ambiguity: float) -> float:
         """Probability that this is where the target is, however exactly, see `trust.belief`."""

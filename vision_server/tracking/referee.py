@@ -30,11 +30,11 @@ from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX, refine
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.spun import spun
 from vision_server.pose.support import PoseSupport, evidence_at, support_at
-from vision_server.pose.trust import RIVAL_NATS, confidence, quality
+from vision_server.pose.trust import ERROR_OVER_SD, RIVAL_NATS, confidence, quality
 from vision_server.segments.extraction import extract_segments
 from vision_server.tracking.beside import beside
 from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, agreement, probability
-from vision_server.tracking.fitting import EDGE_POINTS_ERROR_OVER_SD, Habits, fitted
+from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.following import MOST_PASSES, SETTLED_PX
 
 Verdict = Literal["ok", "doubtful", "lost"]
@@ -191,7 +191,7 @@ def _on_lines(problem: PoseProblem, one: Around, habits: Habits) -> Around:
     problem = with_line_scales(problem, one.pose)
     spacing = spacing_for(problem.model, problem.camera, one.pose)
     variance = beside(problem, one.pose).variance_px2
-    one = replace(one, covariance=EDGE_POINTS_ERROR_OVER_SD**2 * one.covariance)
+    one = replace(one, covariance=ERROR_OVER_SD**2 * one.covariance)
     for _ in range(MOST_PASSES):
         fit = fitted(problem, one.pose, EXACT_REACH_PX, spacing, habits, variance)
         if fit is None:

@@ -40,10 +40,10 @@ from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings
-from vision_server.pose.trust import quality
+from vision_server.pose.trust import ERROR_OVER_SD, quality
 from vision_server.tracking import acceptance
 from vision_server.tracking.clock import Clock
-from vision_server.tracking.fitting import EDGE_POINTS_ERROR_OVER_SD, Habits
+from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import NEAR_REACHES_PX, Found, Sight, likeliest
 from vision_server.tracking.frame import Tone, check_size
 from vision_server.tracking.history import History
@@ -252,7 +252,7 @@ class Tracker:
             self._turning.seen(estimate.pose)
         history.search_believed = self._searches.believe(estimate, found, self._rivals.unasked) and not far
         believed = history.search_believed and acceptance.are_unlikely(self._rivals)
-        clear, pose, covariance = True, estimate.pose, EDGE_POINTS_ERROR_OVER_SD**2 * estimate.covariance
+        clear, pose, covariance = True, estimate.pose, ERROR_OVER_SD**2 * estimate.covariance
         belief = acceptance.belief_in(estimate)
         if found is not None:
             found, clear = firmest(found, self._sight, pixels, self._habits)
