@@ -46,14 +46,14 @@ def test_a_model_that_is_likelier_the_other_way_round_is_hardly_believed() -> No
     one = rows(1)[0]
     told = [one, {**one, "otherwise": 99.0}]
     likely, mirrored = chance(FITTED, inputs(told))
-    assert mirrored == pytest.approx(likely / 100.0)
+    assert mirrored < likely / 100.0
 
 
 def test_a_model_that_is_surely_wrong_is_believed_less() -> None:
     one = rows(1)[0]
     told = [one, {**one, "surely_wrong": True}]
     likely, wrong = chance(FITTED, inputs(told))
-    assert wrong == pytest.approx(RIGHT_OF_WRONG_MODEL * likely)
+    assert wrong < RIGHT_OF_WRONG_MODEL * likely
 
 
 def test_a_pose_that_its_last_step_leaves_is_believed_less() -> None:

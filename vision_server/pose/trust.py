@@ -70,6 +70,10 @@ LEAST_BORNE_OUT = 0.6
 RIGHT_OF_WRONG_MODEL = 0.66  # share of such poses that are right: 23 of 35 with a model 2 % too long
 ERROR_OVER_SD = 1.3  # of poses in hard light, over stated standard deviations: by their 90th percentile
 RIVAL_NATS = 3.0  # of evidence between two poses, for odds of e: neighbouring lines speak together; by hand
+# Doubts in the factors of a probability are often one doubt, which their product counts again. By hand: the
+# likelihood of 1040 sessions on ray-traced scenes is largest at 1.2, of 618 drawn estimates at 1.2, of 513
+# others at 1. More than this trusts more wrong models.
+SETTLED_ODDS_POWER = 1.15
 MOST_ODDS = 1000.0  # of another model; larger ones leave the pose no less belief
 LEAST_UNCERTAINTY = 0.0005  # being surer than this is no further reason to believe
 WORTH_DOUBTING = 0.05  # a less likely pose is not believed anyway
@@ -154,10 +158,14 @@ def confidence(
 ) -> float:
     """Probability, 0..1, that the pose is within 1 degree and 1 % of the range.
 
-    That it is the right one, see `belief`, times that it is off by no more than it may be.
+    That it is the right one, see `belief`, times that it is off by no more than it may be; after the last
+    step with the odds of the product to the power of SETTLED_ODDS_POWER.
     """
     within = math.erf(RIGHT_UNCERTAINTY / (math.sqrt(2.0) * ERROR_OVER_SD * max(uncertainty, 1e-9)))
-    return within * belief(support, ambiguity, uncertainty, doubt, agreement, by)
+    product = within * belief(support, ambiguity, uncertainty, doubt, agreement, by)
+    if agreement is None or not 0.0 < product < 1.0:
+        return product
+    return 1.0 / (1.0 + (1.0 / product - 1.0) ** SETTLED_ODDS_POWER)
 
 
 def belief(

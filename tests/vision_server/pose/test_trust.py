@@ -13,10 +13,12 @@ from vision_server.pose.support import PoseSupport
 from vision_server.pose.trust import (
     ERROR_OVER_SD,
     RIVAL_NATS,
+    SETTLED_ODDS_POWER,
     STRETCHED_NATS,
     LineAgreement,
     Misfit,
     ambiguity,
+    belief,
     confidence,
     odds,
 )
@@ -80,7 +82,7 @@ def test_a_turn_that_explains_as_much_leaves_trust_to_the_seed_pose() -> None:
         own = support(*[1.0] * confirmed)
         return confidence(own, odds(own, own, TURNED_NATS), 0.001, Misfit(0.0, 0.0), LineAgreement(1.0, 0.05))
 
-    assert score(3) < SURE_SCORE < score(12) < 0.96
+    assert score(3) < SURE_SCORE < score(12) < 0.97
 
 
 def test_the_probability_falls_with_each_doubt() -> None:
@@ -122,14 +124,14 @@ def test_a_missing_line_counts_once() -> None:
 
 def test_a_pose_of_which_most_is_missing_is_not_trusted_however_well_the_rest_agrees() -> None:
     agreement = LineAgreement(0.4, 0.03)
-    some, most = support(*[1.0] * 12, *[0.0] * 9), support(*[1.0] * 12, *[0.0] * 20)
+    some, most = support(*[1.0] * 12, *[0.0] * 9), support(*[1.0] * 12, *[0.0] * 24)
     assert confidence(some, 0.0, 0.001, None, agreement) > 0.98
     assert confidence(most, 0.0, 0.001, None, agreement) < 0.93
 
 
 def test_a_target_of_many_lines_is_believed_by_those_that_are_seen() -> None:
     """Of a truss in grazing sun half of the bars are dark, or in front of dark ones."""
-    agreement = LineAgreement(0.55, 0.4)
+    agreement = LineAgreement(0.5, 0.5)
     some, many = support(*[1.0] * 12, *[0.0] * 9), support(*[1.0] * 36, *[0.0] * 27)
     assert confidence(some, 0.0, 0.001, None, agreement) < SURE_SCORE
     assert confidence(many, 0.0, 0.001, None, agreement) > SURE_SCORE
@@ -138,9 +140,9 @@ def test_a_target_of_many_lines_is_believed_by_those_that_are_seen() -> None:
 def test_lines_that_a_rival_shares_do_not_speak_for_a_pose() -> None:
     """Of a turn that the seed pose rules out, too: where it is turned itself, its lines agree as well."""
     good = support(*[0.9] * 8)
-    alone = confidence(good, 0.036, 0.001)
-    assert confidence(good, 0.036, 0.001, None, LineAgreement(1.0, 0.1)) == alone
-    assert confidence(good, 0.036, 0.001, None, LineAgreement(0.4, 0.3)) < alone
+    alone = belief(good, 0.036, 0.001)
+    assert belief(good, 0.036, 0.001, None, LineAgreement(1.0, 0.1)) == alone
+    assert belief(good, 0.036, 0.001, None, LineAgreement(0.4, 0.3)) < alone
 
 
 def test_a_pose_that_may_be_off_by_a_degree_is_right_in_six_of_ten_cases_at_most() -> None:
@@ -150,8 +152,18 @@ def test_a_pose_that_may_be_off_by_a_degree_is_right_in_six_of_ten_cases_at_most
 
 def test_a_stretched_model_is_a_rival_by_its_evidence() -> None:
     good, agreed = support(*[1.0] * 20), LineAgreement(1.0, 0.1)
-    alone = confidence(good, 0.0, 0.001, None, agreed)
-    even = confidence(good, 0.0, 0.001, Misfit(0.0, STRETCHED_NATS), agreed)
-    assert even == pytest.approx(0.5 * alone)
-    assert confidence(good, 0.0, 0.001, Misfit(0.0, STRETCHED_NATS + RIVAL_NATS), agreed) < 0.3 * alone
-    assert confidence(good, 0.0, 0.001, Misfit(0.0, STRETCHED_NATS, borne_out=0.5), agreed) == alone
+    alone = belief(good, 0.0, 0.001, None, agreed)
+    assert belief(good, 0.0, 0.001, Misfit(0.0, STRETCHED_NATS), agreed) == pytest.approx(0.5 * alone)
+    assert belief(good, 0.0, 0.001, Misfit(0.0, STRETCHED_NATS + RIVAL_NATS), agreed) < 0.3 * alone
+    assert belief(good, 0.0, 0.001, Misfit(0.0, STRETCHED_NATS, borne_out=0.5), agreed) == alone
+
+
+def test_after_the_last_step_doubts_that_are_one_count_less() -> None:
+    """What is likely is likelier, what is unlikely less likely, and what is even stays even."""
+    for many, agreement in ((12, LineAgreement(1.0, 0.2)), (6, LineAgreement(0.5, 2.0))):
+        seen, within = support(*[1.0] * many), math.erf(1.0 / (math.sqrt(2.0) * ERROR_OVER_SD * 0.5))
+        product = within * belief(seen, 0.0, 0.005, None, agreement)
+        told = confidence(seen, 0.0, 0.005, None, agreement)
+        assert math.log(told / (1.0 - told)) == pytest.approx(
+            SETTLED_ODDS_POWER * math.log(product / (1.0 - product))
+        )
