@@ -159,11 +159,11 @@ def confidence(
     """Probability, 0..1, that the pose is within 1 degree and 1 % of the range.
 
     That it is the right one, see `belief`, times that it is off by no more than it may be; after the last
-    step with the odds of the product to the power of SETTLED_ODDS_POWER.
+    step, and where no rival shares its lines, the odds of that to the power of SETTLED_ODDS_POWER.
     """
     within = math.erf(RIGHT_UNCERTAINTY / (math.sqrt(2.0) * ERROR_OVER_SD * max(uncertainty, 1e-9)))
     product = within * belief(support, ambiguity, uncertainty, doubt, agreement, by)
-    if agreement is None or not 0.0 < product < 1.0:
+    if agreement is None or ambiguity >= SHARED or not 0.0 < product < 1.0:
         return product
     return 1.0 / (1.0 + (1.0 / product - 1.0) ** SETTLED_ODDS_POWER)
 
