@@ -165,7 +165,7 @@ def confidence(
     product = within * belief(support, ambiguity, uncertainty, doubt, agreement, by)
     if agreement is None or ambiguity >= SHARED or not 0.0 < product < 1.0:
         return product
-    return 1.0 / (1.0 + (1.0 / product - 1.0) ** SETTLED_ODDS_POWER)
+    return 1.0 / (1.0 + math.pow(1.0 / product - 1.0, SETTLED_ODDS_POWER))
 
 
 def belief(
