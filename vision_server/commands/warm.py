@@ -56,8 +56,9 @@ def _beside() -> Iterator[None]:
 
 
 def warm_up() -> None:
-    """Find the pose of a cube in every way there is, and the kinds of its edges."""
+    """Find the pose of a cube in every way there is, and its edges, their kinds, and what has moved."""
     from vision_server.edges.kinds import edge_kinds
+    from vision_server.edges.suppression import edge_picture
     from vision_server.matching import Anywhere
     from vision_server.pipeline import PipelineSettings, estimate_pose
     from vision_server.tracking.tracker import Tracker
@@ -74,6 +75,8 @@ def warm_up() -> None:
         tracker = Tracker(replace(model, edge_radius_m=edge_radius_m), camera, pose)
         for name in ("sharp", "noisy"):
             tracker.step(images.images[name].pixels)
+    edge_picture(images.edge_map(["sharp", "bright"]))
+    images.moved("bright")
     edge_kinds([image.statistics for image in images.images.values()])
 
 
