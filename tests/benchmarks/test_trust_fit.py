@@ -14,7 +14,7 @@ from geometry.model import Model
 from image_server.simulator.simulator import Simulator
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, one_image, photographed
 from vision_server.pipeline import estimate_pose
-from vision_server.pose.trust import FAR_ASTRAY, FITTED, RIGHT_OF_WRONG_MODEL
+from vision_server.pose.trust import FAR_ASTRAY, FITTED, RIGHT_OF_WRONG_MODEL, SETTLED_ODDS_POWER
 
 
 def rows(count: int) -> list[dict[str, object]]:
@@ -42,18 +42,23 @@ def test_what_agrees_counts_and_noise_does_not() -> None:
     assert unlikely < 0.15
 
 
+def product_of(probability: float) -> float:
+    """The product of the factors that a probability is made of."""
+    return float(1.0 / (1.0 + (1.0 / probability - 1.0) ** (1.0 / SETTLED_ODDS_POWER)))
+
+
 def test_a_model_that_is_likelier_the_other_way_round_is_hardly_believed() -> None:
     one = rows(1)[0]
     told = [one, {**one, "otherwise": 99.0}]
     likely, mirrored = chance(FITTED, inputs(told))
-    assert mirrored < likely / 100.0
+    assert product_of(mirrored) == pytest.approx(product_of(likely) / 100.0)
 
 
 def test_a_model_that_is_surely_wrong_is_believed_less() -> None:
     one = rows(1)[0]
     told = [one, {**one, "surely_wrong": True}]
     likely, wrong = chance(FITTED, inputs(told))
-    assert wrong < RIGHT_OF_WRONG_MODEL * likely
+    assert product_of(wrong) == pytest.approx(RIGHT_OF_WRONG_MODEL * product_of(likely))
 
 
 def test_a_pose_that_its_last_step_leaves_is_believed_less() -> None:

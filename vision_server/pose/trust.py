@@ -240,7 +240,7 @@ def stretched_odds(doubt: Misfit) -> float:
     """Chance of a stretched model over a pose's own, at most MOST_ODDS; 0 where too little bears it out."""
     if doubt.gain <= 0.0 or doubt.borne_out < LEAST_BORNE_OUT:
         return 0.0
-    return math.exp(min(math.log(MOST_ODDS), (doubt.gain - STRETCHED_NATS) / RIVAL_NATS))
+    return _odds_of(doubt.gain - STRETCHED_NATS, MOST_ODDS)
 
 
 def odds(
@@ -257,7 +257,12 @@ def odds(
     more = rival.evidence - own.evidence
     if from_anywhere:
         more = rival.evidence_together - own.evidence_together
-    return math.exp(min(math.log(most), (more - prior_nats) / RIVAL_NATS))
+    return _odds_of(more - prior_nats, most)
+
+
+def _odds_of(nats: float, most: float) -> float:
+    """Chance of what so much more evidence speaks for, at most ``most``."""
+    return math.exp(min(math.log(most), nats / RIVAL_NATS))
 
 
 def ambiguity(
