@@ -95,7 +95,7 @@ def inputs(rows: Sequence[Row], settled: bool = True) -> list[dict[str, Any]]:
 
 
 def _agreement(row: Row) -> LineAgreement:
-    return LineAgreement(row["agreeing"], row["scatter"], row["astray"])
+    return LineAgreement(row["agreeing"], row["scatter"], row["astray"], row["contested"])
 
 
 def chance(by: Coefficients, evidence: Sequence[dict[str, Any]]) -> Floats:

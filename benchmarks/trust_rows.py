@@ -184,6 +184,7 @@ def row_of(studio: Studio, found: Estimate) -> Row:
         "significance": doubt.significance if doubt else 0.0,
         "surely_wrong": bool(doubt and doubt.suspected), "score": found.score,
         "agreeing": settled.share, "scatter": settled.scatter, "astray": settled.astray,
+        "contested": settled.contested,
         "normalised": normalised_error_squared(found.pose, found.covariance, studio.true),
     }  # fmt: skip
 

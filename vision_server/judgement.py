@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 
 from geometry.pose import Pose
@@ -14,6 +14,7 @@ from vision_server.pose.likely import Likely
 from vision_server.pose.other_hand import Matcher, the_other_way
 from vision_server.pose.ranking import Refined
 from vision_server.pose.restarts import astray
+from vision_server.pose.rivals import RivalPose
 from vision_server.pose.settling import Settled
 from vision_server.pose.stretch import misfit
 from vision_server.pose.support import LineSupport, PoseSupport
@@ -67,7 +68,7 @@ class Estimate:
 def judged(
     first: Refined,
     last: Settled,
-    rivals: list[tuple[Pose, PoseSupport, float]],
+    rivals: list[RivalPose],
     symmetry: Symmetry,
     match: Matcher,
     from_anywhere: bool,
@@ -78,13 +79,18 @@ def judged(
     """
     best, covariance, agreement = last
     spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
-    unclear = ambiguity(first.support, [(support, prior) for _, support, prior in rivals], from_anywhere)
+
+    def chance_of(some: Iterable[RivalPose]) -> float:
+        return ambiguity(first.support, [(one.support, one.against) for one in some], from_anywhere)
+
+    unclear = chance_of(rivals)
     by_lines = confidence(best.support, unclear, spread)
     if by_lines < LEAST_BY_LINES:
         return Estimate()
 
     if agreement is not None:
-        agreement = agreement._replace(astray=astray(last, symmetry))
+        contested = chance_of(one for one in rivals if not one.turned)
+        agreement = agreement._replace(astray=astray(last, symmetry), contested=contested)
 
     def believed(doubt: Misfit | None) -> float:
         return confidence(best.support, unclear, spread, doubt, agreement)
@@ -103,8 +109,8 @@ def judged(
         ambiguity=unclear,
         lines=best.support.lines,
         rivals=tuple(
-            Rival(pose, odds(first.support, support, prior, from_anywhere=from_anywhere))
-            for pose, support, prior in rivals
+            Rival(one.pose, odds(first.support, one.support, one.against, from_anywhere=from_anywhere))
+            for one in rivals
         ),
         free=() if symmetry.free_axis is None else (symmetry.free_axis,),
         support=best.support,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import NamedTuple
 
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
@@ -24,6 +25,18 @@ RIVAL_LACK_NATS = 7.0  # that a turn may explain less, and still have odds of a 
 # By hand: share of the first one's quality from which a pose may go before it; and of one that explains more
 # by so many nats.
 ALIKE_QUALITY_SHARE, CLEARLY_QUALITY_SHARE, CLEARLY_NATS = 0.8, 0.5, 12.0
+
+
+class RivalPose(NamedTuple):
+    """Another pose than the first, with its support, and nats that speak against it beforehand.
+
+    ``turned``: it is the first one, turned onto a near symmetry of the target.
+    """
+
+    pose: Pose
+    support: PoseSupport
+    against: float
+    turned: bool = False
 
 
 def nats_against(beyond: float) -> float:
@@ -64,8 +77,8 @@ def rivals_of(
     symmetry: Symmetry,
     searched: Callable[[Pose], bool],
     beyond: Callable[[Pose], float],
-) -> list[tuple[Pose, PoseSupport, float]]:
-    """Rivals of the first of some refined poses: pose, support, and nats that speak against it beforehand.
+) -> list[RivalPose]:
+    """Rivals of the first of some refined poses.
 
     Those that a symmetry takes to the first are none; of one elsewhere in the image no more counts than is
     convincing. ``beyond`` says how far a pose is beyond the range.
@@ -75,15 +88,20 @@ def rivals_of(
         if not any(better.ends_at(one.pose, ONE_RIVAL_WITHIN) for better in distinct):
             distinct.append(one)
     own = nats_against(beyond(best.pose))
-    out = [(pose, support, TURNED_NATS - own) for pose, support in turned(best, searched)]
-    out += [(pose, support, nats_against(beyond(pose)) - own) for pose, support in turned_round(best)]
+    turns = [best.pose.compose(turn) for turn in near_symmetries(best.problem.model)]
+    out = [RivalPose(pose, support, TURNED_NATS - own, True) for pose, support in turned(best, searched)]
+    out += [
+        RivalPose(pose, support, nats_against(beyond(pose)) - own, True)
+        for pose, support in turned_round(best)
+    ]
     problem = best.problem
     elsewhere = apart(problem.model, problem.camera, [one.pose for one in distinct])[0]
     for one, far in zip(distinct[1:], elsewhere[1:], strict=True):
         if not image_of(one.pose, best.pose, symmetry):
             nats = one.support.evidence_together
             against = nats_against(beyond(one.pose)) + nats - as_rival(nats, bool(far))
-            out.append((one.pose, one.support, against - own))
+            is_turn = any(one.ends_at(turn, ONE_RIVAL_WITHIN) for turn in turns)
+            out.append(RivalPose(one.pose, one.support, against - own, is_turn))
     return out
 
 

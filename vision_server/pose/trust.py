@@ -52,7 +52,8 @@ SOME_MISSING, MOSTLY_MISSING = 0.1, 0.45  # shares of the visible length that ar
 AGREEMENT_ROOM, SCATTER_ROOM = 0.05, 0.02  # that keep the logarithms of agreement finite
 FAR_ASTRAY = 0.3  # in what makes a pose wrong; of 742 right poses that are trusted five have more (by hand)
 USUAL_STRETCH_CHI2 = 4.0  # squared stretch that true models hardly exceed
-# Ambiguity from which on lines that agree say nothing for a pose: its rival shares them. By hand.
+# Chance of another pose from which on lines that agree say nothing for this one: its rival shares them. By
+# hand. Where the other is this one, turned onto a near symmetry, they speak for one of the two.
 SHARED = 0.01
 RIGHT_UNCERTAINTY = RIGHT[1]  # 1 % of the range or 1 degree, see `covariance.uncertainty`
 LEAST_STRETCH = 0.01  # of an axis against another, for a fit to be of another part: what moves a pose by 1 %
@@ -133,12 +134,13 @@ class LineAgreement(NamedTuple):
     """How well the lines of a pose agree on it: share of the length, and scatter, see `settling.Settled`.
 
     ``astray`` is how far from it its last step ends from beside it, see `restarts`; None where that was not
-    looked at.
+    looked at. ``contested`` is the chance of the likeliest other pose over it, turns of the target apart.
     """
 
     share: float
     scatter: float
     astray: float | None = None
+    contested: float = 0.0
 
 
 def quality(support: PoseSupport) -> float:
@@ -158,14 +160,15 @@ def confidence(
 ) -> float:
     """Probability, 0..1, that the pose is within 1 degree and 1 % of the range.
 
-    That it is the right one, see `belief`, times that it is off by no more than it may be; after the last
-    step, and where no rival shares its lines, the odds of that to the power of SETTLED_ODDS_POWER.
+    That it is the right one by itself times that it is off by no more than it may be; after the last step,
+    and where no other pose contests its lines, the odds of that to the power of SETTLED_ODDS_POWER. Its
+    rivals then share it.
     """
     within = math.erf(RIGHT_UNCERTAINTY / (math.sqrt(2.0) * ERROR_OVER_SD * max(uncertainty, 1e-9)))
-    product = within * belief(support, ambiguity, uncertainty, doubt, agreement, by)
-    if agreement is None or ambiguity >= SHARED or not 0.0 < product < 1.0:
-        return product
-    return 1.0 / (1.0 + math.pow(1.0 / product - 1.0, SETTLED_ODDS_POWER))
+    product = within * _by_itself(support, uncertainty, doubt, agreement, by)
+    if _is_settled(agreement) and 0.0 < product < 1.0:
+        product = 1.0 / (1.0 + math.pow(1.0 / product - 1.0, SETTLED_ODDS_POWER))
+    return shared(product, _best_rival(ambiguity, doubt))
 
 
 def belief(
@@ -188,14 +191,33 @@ def belief(
     agreement
         Of its lines; None where the last step was not taken.
     """
+    return shared(_by_itself(support, uncertainty, doubt, agreement, by), _best_rival(ambiguity, doubt))
+
+
+def _by_itself(
+    support: PoseSupport,
+    uncertainty: float,
+    doubt: Misfit | None,
+    agreement: LineAgreement | None,
+    by: Coefficients,
+) -> float:
+    """Probability that the lines are where they seem, less where the model is surely wrong."""
     logit = _by_lines(support, uncertainty, doubt, by)
     if agreement is not None:
         settled = _settled(support, doubt, agreement, by)
-        logit = settled if ambiguity < SHARED else min(settled, logit)
-    if doubt is not None:
-        ambiguity = max(ambiguity, doubt.otherwise, stretched_odds(doubt))
+        logit = settled if _is_settled(agreement) else min(settled, logit)
     right = 1.0 if doubt is None or doubt.suspected is None else RIGHT_OF_WRONG_MODEL
-    return shared(right / (1.0 + math.exp(-logit)), ambiguity)
+    return right / (1.0 + math.exp(-logit))
+
+
+def _is_settled(agreement: LineAgreement | None) -> bool:
+    """Whether lines that agree speak for a pose: it has taken the last step, and no other shares them."""
+    return agreement is not None and agreement.contested < SHARED
+
+
+def _best_rival(ambiguity: float, doubt: Misfit | None) -> float:
+    """Chance of the likeliest other pose or other model over a pose's own."""
+    return ambiguity if doubt is None else max(ambiguity, doubt.otherwise, stretched_odds(doubt))
 
 
 def shared(belief: float, ambiguity: float) -> float:

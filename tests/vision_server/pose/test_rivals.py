@@ -13,6 +13,7 @@ from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.matching.draws import MARGIN_DEG, MARGIN_PX, MARGIN_SHARE, beyond_of
 from vision_server.matching.match import SearchRange
+from vision_server.pose import rivals
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.ranking import Refined, best_first, nowhere
 from vision_server.pose.rivals import BEYOND_NATS, anywhere, likeliest_first, nats_against, rivals_of
@@ -95,3 +96,14 @@ def test_a_pose_that_explains_clearly_more_comes_first(best: Refined) -> None:
     poor = replace(best, support=replace(best.support, strength=0.45))
     assert poor.quality < 0.5 * little.quality
     assert likeliest_first([little, poor], beyond) == [little, poor]
+
+
+def test_a_pose_that_a_near_symmetry_leads_to_is_the_first_one_turned(
+    best: Refined, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Lines that agree speak for one of the two; of another pose nearby they may be the wrong lines."""
+    turn = Pose.turn_about(best.problem.model.middle, matrix_of(np.radians([0.0, 40.0, 0.0])))
+    monkeypatch.setattr(rivals, "near_symmetries", lambda _: (turn,))
+    found = [best, at(best, turned_by(POSE, 5.0)), at(best, best.pose.compose(turn))]
+    told = rivals_of(found, ASYMMETRIC, lambda _: True, anywhere)
+    assert [one.turned for one in told] == [False, True]

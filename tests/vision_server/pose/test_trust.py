@@ -14,6 +14,7 @@ from vision_server.pose.trust import (
     ERROR_OVER_SD,
     RIVAL_NATS,
     SETTLED_ODDS_POWER,
+    SHARED,
     STRETCHED_NATS,
     LineAgreement,
     Misfit,
@@ -78,11 +79,13 @@ def test_what_a_seed_pose_rules_out_must_explain_more() -> None:
 
 
 def test_a_turn_that_explains_as_much_leaves_trust_to_the_seed_pose() -> None:
-    def score(confirmed: int) -> float:
+    def score(confirmed: int, agreement: LineAgreement) -> float:
         own = support(*[1.0] * confirmed)
-        return confidence(own, odds(own, own, TURNED_NATS), 0.001, Misfit(0.0, 0.0), LineAgreement(1.0, 0.05))
+        return confidence(own, odds(own, own, TURNED_NATS), 0.001, Misfit(0.0, 0.0), agreement)
 
-    assert score(3) < SURE_SCORE < score(12) < 0.96
+    good, fair = LineAgreement(1.0, 0.05), LineAgreement(0.8, 0.3)
+    assert score(3, fair) < SURE_SCORE < score(12, good) < 1.0 / (1.0 + math.exp(-TURNED_NATS / RIVAL_NATS))
+    assert score(3, good._replace(contested=SHARED)) < SURE_SCORE < score(3, good)
 
 
 def test_the_probability_falls_with_each_doubt() -> None:
@@ -137,12 +140,17 @@ def test_a_target_of_many_lines_is_believed_by_those_that_are_seen() -> None:
     assert confidence(many, 0.0, 0.001, None, agreement) > SURE_SCORE
 
 
-def test_lines_that_a_rival_shares_do_not_speak_for_a_pose() -> None:
-    """Of a turn that the seed pose rules out, too: where it is turned itself, its lines agree as well."""
+def test_lines_that_another_pose_shares_do_not_speak_for_a_pose() -> None:
     good = support(*[0.9] * 8)
     alone = belief(good, 0.036, 0.001)
-    assert belief(good, 0.036, 0.001, None, LineAgreement(1.0, 0.1)) == alone
-    assert belief(good, 0.036, 0.001, None, LineAgreement(0.4, 0.3)) < alone
+    assert belief(good, 0.036, 0.001, None, LineAgreement(1.0, 0.1, contested=0.036)) == alone
+    assert belief(good, 0.036, 0.001, None, LineAgreement(0.4, 0.3, contested=0.036)) < alone
+
+
+def test_lines_that_a_turn_of_the_target_shares_speak_for_one_of_the_two() -> None:
+    good, agreed = support(*[0.9] * 8), LineAgreement(1.0, 0.1)
+    alone = belief(good, 0.0, 0.001, None, agreed)
+    assert belief(good, 0.036, 0.001, None, agreed) == pytest.approx(alone / 1.036)
 
 
 def test_a_pose_that_may_be_off_by_a_degree_is_right_in_six_of_ten_cases_at_most() -> None:
