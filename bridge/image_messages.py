@@ -22,6 +22,9 @@ CAPTURE_S = 30.0
 """How long one waits for an image server's answer, s: a camera that has to wake up; chosen by hand."""
 EXPOSURES_A_CAPTURE = 20
 """Exposures that a capture may take beside: those until settings hold, and its own; chosen by hand."""
+MOST_CAPTURES = 10_000
+"""Of a session: a simulator that begins anew lets them pass one by one, at most in 2 s; chosen by hand."""
+Captures = Annotated[int, Meta(ge=0, le=MOST_CAPTURES)]
 
 
 def capture_deadline_s(settings: Settings) -> float:
@@ -33,7 +36,7 @@ class ImageCaptureArgs(Message, frozen=True):
     """`capture` of the image server; ``number`` says which of the session's captures it is."""
 
     settings: Settings
-    number: Annotated[int, Meta(ge=1)] | None = None
+    number: Annotated[int, Meta(ge=1, le=MOST_CAPTURES)] | None = None
 
 
 class ImageCaptureResult(Message, frozen=True):
@@ -63,14 +66,14 @@ class MoveDone(Message, frozen=True):
     """A `move` of a session so far: to this range, after so many captures."""
 
     range_m: Length
-    captures_taken: Number = 0
+    captures_taken: Captures = 0
 
 
 class RestartArgs(Message, frozen=True):
     """`restart`: be what a server started with this seed is after so many captures and these moves."""
 
     seed: Seed = 0
-    captures_taken: Number = 0
+    captures_taken: Captures = 0
     moves: tuple[MoveDone, ...] = ()
 
 

@@ -234,6 +234,7 @@ class CheckResult(Message, frozen=True):
     probability: Fraction
     state: Literal["ok", "doubtful", "lost"]
     better: PoseMessage | None
+    better_probability: Fraction | None
     covariance: Annotated[Covariance, Meta(min_length=6, max_length=6)] | None
     difference: PoseErrorMessage | None
     disagreeing_lines: tuple[Number, ...]

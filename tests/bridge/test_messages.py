@@ -42,6 +42,8 @@ GOOD: list[tuple[Any, dict[str, Any]]] = [
 
 BAD: list[tuple[Any, dict[str, Any], str]] = [
     (m.NoArgs, {"x": 1}, "unknown field"),
+    (i.ImageCaptureArgs, {"settings": SETTINGS, "number": 10**9}, "number"),
+    (i.RestartArgs, {"captures_taken": 10**9}, "captures_taken"),
     (m.Settings, {**SETTINGS, "iso": 100}, "unknown field"),
     (m.Settings, {**SETTINGS, "lights": [-1]}, "lights"),
     (m.Settings, {**SETTINGS, "lights": [1.5]}, "lights"),

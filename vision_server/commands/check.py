@@ -73,7 +73,7 @@ def _judged(options: Namespace) -> dict[str, Any]:
         found = judged(images, names, model, given.camera, pose, settings, edge_radius_m=radius_m)
     except GeometryError as error:
         raise BadInput(str(error)) from error
-    against = disagreeing_images(images, names, model, given.camera, pose, settings)
+    against = disagreeing_images(images, names, model, given.camera, pose, found.better, settings)
     elsewhere = [files[name] for name in against]
     if elsewhere:
         warn(
@@ -88,7 +88,7 @@ def _print(values: dict[str, Any]) -> None:
     if values["better"] is not None:
         apart = values["difference"]
         print(
-            f"A better pose is {apart['rotation_deg']:.2f} degrees and {1e3 * apart['translation_m']:.2f} mm "
+            f"A better pose, of probability {values['better_probability']:.2f}, is {apart['rotation_deg']:.2f} degrees and {1e3 * apart['translation_m']:.2f} mm "
             f"away: rotation_vector = {values['better']['rotation_vector']}, "
             f"translation = {values['better']['translation']}"
         )

@@ -152,6 +152,7 @@ class PoseTask:
         """Take an image out of the set; its name stays taken, what it shows of light is remembered."""
         if image in self.retired:
             return
+        self.images.check([image])
         if self.foresees:
             self.lit[image] = self.reading(image)
         self.images.remove(image)

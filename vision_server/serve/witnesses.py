@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bridge.errors import BadInput
@@ -36,7 +36,7 @@ def checked(task: PoseTask, args: CheckArgs) -> dict[str, Any]:
         found = judged(images, args.images, model, camera, pose, settings, edge_radius_m=radius_m)
     except GeometryError as error:
         raise BadInput(f"The pose to be checked: {error}.") from error
-    against = disagreeing_images(images, args.images, model, camera, pose, settings)
+    against = disagreeing_images(images, args.images, model, camera, pose, found.better, settings)
     return judgement_result(found, against)
 
 
@@ -46,11 +46,12 @@ def disagreeing_images(
     model: Model,
     camera: Camera,
     pose: Pose,
+    better: Pose | None,
     settings: PipelineSettings,
 ) -> list[str]:
     """Images that, each alone, clearly show the target elsewhere, as the set is not of a still scene then.
 
-    There are none where no image shows it at the pose.
+    There are none where no image shows it at the pose, or all do at a ``better`` one.
 
     Raises
     ------
@@ -59,7 +60,7 @@ def disagreeing_images(
     distinct = images.distinct(names)
     alone = {name: PoseProblem.at_scale(images.gradients([name]), model, camera) for name in distinct}
     doubted = [name for name in distinct if _support(alone[name], pose) < MISSING]
-    if len(doubted) == len(distinct):
+    if len(doubted) == len(distinct) or (better is not None and _all_show(alone.values(), better)):
         return []
     return [name for name in doubted if _is_elsewhere(images, name, alone[name], pose, settings)]
 
@@ -77,6 +78,11 @@ def _is_elsewhere(
         if found is not None and clearly_elsewhere(found, pose, here):
             return True
     return False
+
+
+def _all_show(alone: Iterable[PoseProblem], pose: Pose) -> bool:
+    """Whether each of some images shows the target at a pose."""
+    return all(_support(problem, pose) >= MISSING for problem in alone)
 
 
 def _support(problem: PoseProblem, pose: Pose) -> float:

@@ -9,6 +9,7 @@ pose is off has a prior of its own, in which each order of size is as likely as 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -98,10 +99,7 @@ def probability(chances: Chances, by: Calibration = CALIBRATION) -> float:
     around = chances.around
     if not around:
         return 0.0
-    own = sum(
-        one.share * _logistic(by.bias + by.per_log_odds * log_odds(one.believed * one.within))
-        for one in around
-    )
+    own = of_images(around, by)
     density = sum(
         one.share * (one.believed * one.agreement.likelihood + (1.0 - one.believed) * math.exp(by.elsewhere))
         for one in around
@@ -110,6 +108,14 @@ def probability(chances: Chances, by: Calibration = CALIBRATION) -> float:
     independent = _logistic(by.most) * right / max(density, LEAST_DENSITY)
     derived = math.exp(by.derived - 0.5 * (chances.moved / REFINED_AGAIN_SD) ** 2)
     return (independent + derived * own) / (1.0 + derived)
+
+
+def of_images(around: Sequence[Chance], by: Calibration = CALIBRATION) -> float:
+    """Of being right, of a pose that these very images tell; ``around`` are the chances of that pose."""
+    return sum(
+        one.share * _logistic(by.bias + by.per_log_odds * log_odds(one.believed * one.within))
+        for one in around
+    )
 
 
 def agreement(limits: tuple[float, float], one: Pose, covariance: Floats, given: Pose) -> Agreement:

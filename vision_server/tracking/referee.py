@@ -33,7 +33,7 @@ from vision_server.pose.support import PoseSupport, evidence_at, support_at
 from vision_server.pose.trust import ERROR_OVER_SD, RIVAL_NATS, confidence, quality
 from vision_server.segments.extraction import extract_segments
 from vision_server.tracking.beside import beside
-from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, agreement, probability
+from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, agreement, of_images, probability
 from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.following import MOST_PASSES, SETTLED_PX
 
@@ -41,6 +41,7 @@ Verdict = Literal["ok", "doubtful", "lost"]
 
 
 OK_FROM, LOST_BELOW = 0.8, 0.2  # of what is told, by hand: from the first on, below the second
+BETTER_FROM = 0.5  # probability of another pose from which on it is told: rather right than wrong
 CHI2_99 = 16.81  # of a squared difference of six dimensions in units of its covariance: 1 % are larger
 LOOK_ALIKE_DEG = 20.0  # between poses that programs take for each other; nearer is an error of measurement
 CONFUSED_ODDS = 1.0 / 3.0  # assumed: how often a pose from elsewhere is at such another one, for once right
@@ -56,8 +57,9 @@ class Judgement:
     Attributes
     ----------
     probability : that it is right to 1 degree and 1 % of the range.
-    better : the pose that explains the images best, where the given one differs from it by more than its
-        covariance (6, 6) allows; None where it does not, or where nothing can be believed.
+    better : the pose around the given one that explains the images best, where that differs from it by more
+        than its covariance (6, 6) allows; None where it does not, or is rather wrong.
+    better_probability : that the better one is right, or None.
     difference : of the given pose from the better one, at the model's pivot.
     disagreeing : model lines that should be seen and are not.
     chances : what the probability is of.
@@ -65,6 +67,7 @@ class Judgement:
 
     probability: float
     better: Pose | None
+    better_probability: float | None
     difference: PoseError | None
     covariance: Floats | None
     disagreeing: tuple[int, ...]
@@ -130,13 +133,15 @@ def judged(
     wide = pose_of_segments(endpoints, problem.channels, model, camera, pose, settings)
     around = _poses_around(problem, wide, pose, edge_radius_m)
     if given is None or not around:
-        return Judgement(0.0, None, None, None, missing, Chances((), UNHELD_TIMES_RIGHT))
+        return Judgement(0.0, None, None, None, None, missing, Chances((), UNHELD_TIMES_RIGHT))
     best = around[0]
     chances = Chances(chances_of(around, pose), moved_by(problem, pose))
     differs = squared_difference(pose, best.pose, best.covariance) > CHI2_99
-    better = best.pose if differs and best.believed > LOST_BELOW else None
-    difference = None if better is None else pose.error_to(better)
-    return Judgement(probability(chances), better, difference, best.covariance, missing, chances)
+    believed = of_images(chances_of(around, best.pose)) if differs else 0.0
+    if believed < BETTER_FROM:
+        return Judgement(probability(chances), None, None, None, best.covariance, missing, chances)
+    difference = pose.error_to(best.pose)
+    return Judgement(probability(chances), best.pose, believed, difference, best.covariance, missing, chances)
 
 
 def _poses_around(

@@ -63,6 +63,8 @@ def test_gains_are_foreseen_once_there_is_a_pose(vision: Client, images: Running
     assert foreseen[1]["bits"] > foreseen[0]["bits"] >= 0.0
     assert 0 <= foreseen[1]["line"] < 12
     assert asked(vision, "predict", settings=[dark, SETTINGS | {"lights": [7, 0, 7]}])["gains"] == foreseen
+    with pytest.raises(ServerError, match="No image i7 in the set"):
+        asked(vision, "discard", image="i7")
     searched = asked(
         vision, "predict", settings=[dark, SETTINGS | {"lights": [7, 0, 7]}], images=["i1"], search=8
     )

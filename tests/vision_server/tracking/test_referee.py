@@ -18,6 +18,7 @@ from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.support import evidence_at
+from vision_server.tracking import referee
 from vision_server.tracking.chances import Agreement, Chance, Chances, agreement, probability
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.referee import LOST_BELOW, OK_FROM, Around, _on_lines, chances_of, judged
@@ -43,6 +44,18 @@ def test_a_wrong_pose_is_lost_and_a_better_one_named(model: Model, images: Image
     assert found.state == "lost"
     assert found.better is not None
     assert found.better.error_to(POSE).within(0.3, 0.003)
+    assert found.better_probability is not None
+    assert OK_FROM < found.better_probability <= 1.0
+
+
+def test_another_pose_that_is_rather_wrong_is_not_named(
+    model: Model, images: ImageSet, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    given = Pose(POSE.rotation_vector + np.radians([0.0, 8.0, 0.0]), POSE.translation)
+    monkeypatch.setattr(referee, "of_images", lambda _: 0.45)
+    found = judged(images, ["i1"], model, CAMERA, given)
+    assert (found.state, found.better, found.better_probability) == ("lost", None, None)
+    assert (found.difference is None, found.covariance is None) == (True, False)
 
 
 def test_a_pose_of_what_is_not_there_is_lost(model: Model) -> None:
