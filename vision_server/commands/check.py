@@ -86,11 +86,11 @@ def _judged(options: Namespace) -> dict[str, Any]:
 def _print(values: dict[str, Any]) -> None:
     print(f"{values['state']}: right to 1 degree and 1 % with probability {values['probability']:.2f}")
     if values["better"] is not None:
-        apart = values["difference"]
+        apart, better = values["difference"], values["better"]
         print(
-            f"A better pose, of probability {values['better_probability']:.2f}, is {apart['rotation_deg']:.2f} degrees and {1e3 * apart['translation_m']:.2f} mm "
-            f"away: rotation_vector = {values['better']['rotation_vector']}, "
-            f"translation = {values['better']['translation']}"
+            f"A better pose, right with probability {values['better_probability']:.2f}, is "
+            f"{apart['rotation_deg']:.2f} degrees and {1e3 * apart['translation_m']:.2f} mm away: "
+            f"rotation_vector = {better['rotation_vector']}, translation = {better['translation']}"
         )
     if values["disagreeing_lines"]:
         print("Lines of the model that are not seen: " + ", ".join(map(str, values["disagreeing_lines"])))
