@@ -131,7 +131,10 @@ with_other_poses(Parameters, Situation, Result0, Result) :-
     Parameters.get(seed_pose) == "anywhere",
     situation_history(Situation, Newest),
     fluent_value(best, Situation, Best),
-    memberchk(e(estimate(Images), Best), Newest),
+    fluent_value(image_set, Situation, Set),
+    findall(Image, member(kept(Image, _), Set), Kept),
+    member(e(estimate(Images), Best), Newest),      % another one may have been of an image that was discarded
+    subset(Images, Kept),
     catch(ask(vision_server, estimate, _{images:Images}, Found), error(_, _), fail),
     fix_term(Found, Again),
     Again == Best,

@@ -46,6 +46,18 @@ def test_it_finds_the_target_and_tells_what_else_fits(session: Path) -> None:
     assert "seed_pose" not in tomllib.loads((session / "images" / "stack.toml").read_text())["target"]
 
 
+def test_poses_are_told_also_where_a_picture_that_came_again_was_discarded(
+    session: Path, tmp_path: Path
+) -> None:
+    """The estimate with the same picture twice is the same, and the second is not there any more."""
+    asked = ("--first-sight", "--stack", session / "images", "--threshold", "0.0001", "--max-iterations", "4")
+    done = served(*asked, "--out", tmp_path / "run", "--no-report", "--quiet")
+    assert done.returncode == 3, done.stderr
+    result = result_of(tmp_path / "run")
+    assert len(result["discarded"]) > 0
+    assert result["poses"][0]["pose"] == result["pose"]
+
+
 def test_its_estimate_is_made_again(session: Path) -> None:
     done = command("vision_server", "verify", session)
     assert done.returncode == 0, done.stdout + done.stderr
