@@ -94,10 +94,21 @@ def surface_of_triangles(vertices: Floats, triangles: Ints) -> Surface:
 
 
 def _fewer(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
-    """A closed mesh in fewer triangles, none of them more than READ_OFF of its size from its place."""
+    """A mesh in fewer triangles, none of them more than READ_OFF of its size from its place.
+
+    Raises
+    ------
+    GeometryError : it is not closed.
+    """
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     few = simplified(vertices, triangles, READ_OFF * size)
-    return (vertices, triangles) if few is None else (vertices[few[0]], few[1])
+    if few is None:
+        raise GeometryError(
+            f"it has {len(triangles)} triangles, and as it is not closed at most {MOST_TRIANGLES} are read. "
+            f"Close its holes (of a closed mesh {MOST_READ} are), or export it with a coarser tolerance "
+            "(0.1 % of its size will do)"
+        )
+    return vertices[few[0]], few[1]
 
 
 def _snapped(vertices: Floats) -> Floats:

@@ -7,6 +7,7 @@ import struct
 from geometry.errors import GeometryError
 
 HEADER, TRIANGLE = 84, 50  # bytes of a binary file: its head with the count, and each triangle
+STEP = b"ISO-10303-21"  # what such a file begins with
 
 
 def checked_stl(content: bytes) -> bytes:
@@ -18,6 +19,8 @@ def checked_stl(content: bytes) -> bytes:
     """
     if not content.strip():
         raise GeometryError("it is empty")
+    if content.startswith(STEP):
+        raise GeometryError("it is a STEP file; export STL from the CAD program")
     count = struct.unpack_from("<I", content, HEADER - 4)[0] if len(content) >= HEADER else 0
     whole = HEADER + TRIANGLE * count
     if len(content) == whole:

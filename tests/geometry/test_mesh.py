@@ -48,7 +48,7 @@ def test_a_mesh_with_a_point_that_is_nowhere_is_refused(tmp_path: Path) -> None:
 def test_a_mesh_of_too_many_triangles_that_is_not_closed_says_what_to_do(tmp_path: Path) -> None:
     ball = trimesh.creation.icosphere(6)
     trimesh.Trimesh(ball.vertices, ball.faces[1:], process=False).export(tmp_path / "fine.stl")
-    with pytest.raises(GeometryError, match=r"81919 triangles, and at most 80000 are read.*coarser"):
+    with pytest.raises(GeometryError, match=r"81919 .* as it is not closed at most 80000 .* Close its holes"):
         load_model(tmp_path / "fine.stl")
 
 
@@ -90,6 +90,9 @@ def test_a_stl_file_that_is_cut_short_says_so(tmp_path: Path) -> None:
     whole = file.read_bytes()
     file.write_bytes(whole + b"made by a CAD program")
     assert len(load_model(file).lines) == 12
+    file.write_bytes(b"ISO-10303-21;\nHEADER;\n" + whole)
+    with pytest.raises(GeometryError, match="it is a STEP file; export STL"):
+        load_model(file)
     file.write_bytes(whole[:-70])
     with pytest.raises(
         GeometryError, match="cut short, or is no STL file: of the 684 bytes that its 12 triangles"
