@@ -55,6 +55,16 @@ def test_it_is_said_with_its_place(
     assert result["message"].startswith(f"{file}:{line}: ")
 
 
+def test_a_hold_point_has_one_of_three_outcomes(tmp_path: Path) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text("proc(control,\n hold_done(why(x))).\n")
+    options = ("--approach", "--scenario", small("approach"), "--out", tmp_path / "run", "--no-report")
+    done = served("--controller", file, *options, "--quiet")
+    assert done.returncode == 2, done.stderr
+    assert f"{file}:2: " in done.stderr
+    assert "member(why(x),[fixed,reached,aborted]) is false" in done.stderr
+
+
 def test_it_may_not_end_the_process_while_it_is_loaded(tmp_path: Path) -> None:
     file = tmp_path / "mine.pl"
     file.write_text("proc(control, []).\n:- initialization(halt).\n")
