@@ -124,7 +124,7 @@ poss(avoid(_), true).
 poss(set_parameter(_, _), true).
 poss(start_over, candidate = none).
 poss(advance(_), candidate = none).
-poss(hold_done(_), true).
+poss(hold_done(Outcome), member(Outcome, [fixed, reached, aborted])).
 
 % ---------------------------------------------------------------- what sensing tells
 

@@ -198,8 +198,15 @@ session_message(ended_before(Number)) -->
     [ '--instead: the session ended before i~d'-[Number] ].
 session_message(report(File)) -->
     [ '  report ~w'-[File] ].
+session_message(goes_on(By, Folder)) -->
+    { interruption_words(By, Words) },
+    [ '  ~w--resume ~w goes on'-[Words, Folder] ].
 session_message(because(Device, Reason)) -->
     explanation(Device, Reason).
+
+interruption_words(ctrl_c, 'stopped by Ctrl-C: ').
+interruption_words(other, 'stopped by SIGTERM, or in its view: ').
+interruption_words(failure, '').
 
 most_named(6).                          % lights in a line; chosen by hand
 

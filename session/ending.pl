@@ -58,6 +58,7 @@ end_session(Session, end(How, Situation), Outcome) :-
     call(Session.stop),
     show_outcome(Options, Result),
     tell_of_instead(Options, Result),
+    tell_how_to_go_on(Options, How, Folder),
     wait_for_report(Options, Folder).   % last: who waits for the pose need not wait for its picture
 
 with_message(How, Result0, Result) :-
@@ -71,6 +72,20 @@ tell_of_instead(Options, Result) :-
     !,
     print_message(warning, session(ended_before(Number))).
 tell_of_instead(_, _).
+
+%   A session that was interrupted can go on; one whose strategy went wrong would come to the same again.
+tell_how_to_go_on(Options, How, Folder) :-
+    interrupted(How, By),
+    !,
+    show(Options, goes_on(By, Folder)).
+tell_how_to_go_on(_, _, _).
+
+interrupted(stopped(int), ctrl_c).
+interrupted(stopped(Signal), other) :-
+    Signal \== int.
+interrupted(failed(Error), failure) :-
+    error_status(Error, Status),
+    Status =:= 4.
 
 outcome(finished, Situation, Outcome) =>
     ( trusted(Situation) -> Outcome = converged ; Outcome = exhausted ).

@@ -142,8 +142,9 @@ step_dict(Device, Wanted, step(Iteration, Image, Settings, State, Decision, Reas
     fix_dict(Fix, FixDict),
     del_dict(covariance, FixDict, _, Quality),
     merit(Fix, Merit),
+    reason_words(Reason, ReasonWords),
     Step = Quality.put(_{iteration:Iteration, image:Image, settings:SettingsDict, settings_words:Words,
-                         qualitative:Qualitative, decision:Decision, reason:Reason, set_size:SetSize, merit:Merit}),
+                         qualitative:Qualitative, decision:Decision, reason:ReasonWords, set_size:SetSize, merit:Merit}),
     (   memberchk(Image-Asked, Wanted),
         Asked \== Settings
     ->  settings_dict(Asked, AskedDict),
@@ -154,6 +155,11 @@ step_dict(Device, Wanted, step(Iteration, Image, Settings, State, Decision, Reas
     ->  Dict = Step1.put(hold, Hold)
     ;   Dict = Step1
     ).
+
+%   A strategy may give any term for a reason, and where it names a fluent it gives the fluent's value.  The words are those
+%   that the terminal shows.
+reason_words(Reason, Words) :-
+    format(string(Words), "~w", [Reason]).
 
 %!  write_result(+Result, +Folder) is det.
 

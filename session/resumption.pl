@@ -115,12 +115,7 @@ same_controller(Said, Folder, Recorded0, Recorded) :-
     select(controller_sha256(Sha256), Recorded0, Recorded),
     !,
     option(controller(File), Recorded),
-    (   exists_file(File),
-        strategy_sha256(File, Sha256)
-    ->  true
-    ;   usage_error("the controller ~w, or one that it includes, is not the file any more that the session was begun with",
-                    [File])
-    ),
+    as_it_was(File, Sha256, Folder),
     (   Said = [controller(Named)],
         exists_file(Named),
         same_file(Named, File)
@@ -138,6 +133,16 @@ same_controller(Said, _, Recorded, Recorded) :-
     ;   is_absolute_file_name(Name)
     ->  usage_error("session.pl names the controller ~w without its SHA-256", [Name])
     ;   true
+    ).
+
+as_it_was(File, Sha256, Folder) :-
+    (   \+ exists_file(File)
+    ->  usage_error("the controller ~w is not there any more: put back the file that the session was begun with", [File])
+    ;   strategy_sha256(File, Sha256)
+    ->  true
+    ;   usage_error("the controller ~w, or one that it includes, is not the file any more that the session was begun with: \c
+                     put it back as it was, or do the session anew with it as it is now, --again ~w --controller ~w",
+                    [File, Folder, File])
     ).
 
 inside(Folder, File) :-
@@ -165,13 +170,20 @@ not_ended(_, _).
 %   @error usage_error(Message) for a session of another source of images, and as above
 
 again_options(Given, Folder, Options) :-
-    begun_options(Folder, Recorded0),
+    (   option(controller(_), Given)    % which is run then, whatever that of the session has become
+    ->  read_session_file(Folder, Recorded1),
+        exclude(of_its_controller, Recorded1, Recorded0)
+    ;   begun_options(Folder, Recorded0)
+    ),
     forall(( member(Option, Recorded0), functor(Option, Name, _), memberchk(Name, [camera, image_server]) ),
            ( dashes(Name, Dashed),
              usage_error("~w: the session used --~w, which cannot do the same again", [Folder, Dashed]) )),
     exclude(of_that_session, Recorded0, Recorded),
     selectchk(again(_), Given, Here),
     merge_options(Here, Recorded, Options).
+
+of_its_controller(controller(_)).
+of_its_controller(controller_sha256(_)).
 
 of_that_session(instead(_)).
 of_that_session(described(_)).

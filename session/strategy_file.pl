@@ -20,6 +20,7 @@ The interpreter checks what any program can get wrong; here is what only the the
 :- use_module('../domain/reasoning/instead', [instead_lights/2, instead_settings/3]).
 :- use_module('../domain/reasoning/qualitative', [settings_words/3, shutter_words/2]).
 :- use_module('../indigolog/indigolog', [fluent_value/3]).
+:- use_module('../indigolog/tools/formula_checks', [known_beforehand/2]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/2, append/3, member/2, memberchk/2, nth1/3]).
 :- use_module(library(pairs), [pairs_keys/2]).
@@ -55,11 +56,12 @@ check_control(File) :-
 check_against_device(File, Device) :-
     device_lights(Device, Lights),
     findall(Light, member(light(Light, _), Lights), Names),
-    forall(( in_strategy(File, working(Light), Place), atom(Light), \+ memberchk(Light, Names) ),
+    forall(( in_strategy(File, working(Light), Clause, Place), atom(Light), known_beforehand(Light, Clause),
+             \+ memberchk(Light, Names) ),
            ( format(atom(Where), "~w: working(~w)", [Place, Light]), no_light(Where, Light, Names) )),
     forall(( member(Action-Settings, [choose(Settings)-Settings, capture(_, Settings)-Settings]),
-             in_strategy(File, Action, Place),
-             ground(Settings),
+             in_strategy(File, Action, Clause, Place),
+             known_beforehand(Settings, Clause),
              settings_problem(Device, Settings, Problem) ),
            usage_error("~w: ~s", [Place, Problem])).
 
@@ -94,7 +96,7 @@ no_light(Where, Light, Names) :-
     did_you_mean(Light, Names, Hint),
     usage_error("~w: there is no light ~w; there are ~w.~w", [Where, Light, Known, Hint]).
 
-%   In pi and some a lower-case name of one letter or bound by it is a variable: only settings(...) are looked at.
+%   Only settings(...) are looked at: other terms are tests that choose some.
 settings_problem(Device, settings(Levels, Shutter0, Aperture), Problem) :-
     is_list(Levels),
     catch(Shutter is Shutter0, error(_, _), fail),
@@ -162,7 +164,7 @@ why(estimate([]), _, "there is no image to measure: take_image first", []).
 place(File, Action, Place) :-
     functor(Action, Name, _),
     findall(Doer, done_by(Name, Doer), Doers),
-    findall(Line, ( member(Doer, Doers), in_file(File, Doer, Line) ), Lines),
+    findall(Line, ( member(Doer, Doers), in_file(File, Doer, _, Line) ), Lines),
     lines_place(File, Lines, Place).
 
 lines_place(File, Lines, Place) :-
@@ -183,7 +185,7 @@ place_of(File, Terms, Place) :-
     (   member(Term, Terms),
         nonvar(Term),
         member(One, Files),
-        findall(Line, in_file(One, Term, Line), Lines),
+        findall(Line, in_file(One, Term, _, Line), Lines),
         Lines \== []
     ->  lines_place(One, Lines, Place)
     ;   Place = File
@@ -210,9 +212,12 @@ done_by(start_over, start_over).
 %   Where Term is in the file, or in one that it includes; its own come first.
 
 in_strategy(File, Term, Place) :-
+    in_strategy(File, Term, _, Place).
+
+in_strategy(File, Term, Clause, Place) :-
     strategy_files(File, Files),
     member(One, Files),
-    in_file(One, Term, Line),
+    in_file(One, Term, Clause, Line),
     format(atom(Place), "~w:~d", [One, Line]).
 
 %!  strategy_files(+File, -Files) is det.
@@ -232,7 +237,7 @@ with_included(Above, File, [File|Files]) :-
     append(Lists, Files).
 
 included(File, Other, Line) :-
-    in_file(File, (:- include(Given)), Line),
+    in_file(File, (:- include(Given)), _, Line),
     ground(Given),
     absolute_file_name(Given, Other, [extensions(['', pl]), access(read), relative_to(File), file_errors(fail)]).
 
@@ -250,12 +255,12 @@ strategy_sha256(File, Sha256) :-
         hash_atom(Bytes, Sha256)
     ).
 
-%   in_file(+File, ?Term, -Line): where Term is in the file, at any depth; nothing of what cannot be read.
-in_file(File, Term, Line) :-
+%   in_file(+File, ?Term, -Clause, -Line): where Term is in the file, at any depth of a clause; nothing of what cannot be read.
+in_file(File, Term, Clause, Line) :-
     catch(file_terms(File, Text, Terms), error(_, _), fail),
-    member(Read-Position, Terms),
+    member(Clause-Position, Terms),
     copy_term(Term, Wanted),
-    subterm(Read, Position, Wanted, At),
+    subterm(Clause, Position, Wanted, At),
     Term = Wanted,
     sub_string(Text, 0, At, _, Before),
     split_string(Before, "\n", "", Lines),

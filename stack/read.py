@@ -48,6 +48,11 @@ def load_stack(folder: Path) -> BasisStack | FramesStack:
     if not folder.is_dir():
         raise BadInput(f"There is no stack folder {folder}.", f"Give a folder that holds {STACK_FILE}.")
     file = folder / STACK_FILE
+    frames_of_run = folder / "images"
+    if not file.exists() and (frames_of_run / STACK_FILE).exists():
+        raise BadInput(
+            f"{folder} is a run folder, and not a stack folder.", f"Its frames are one: give {frames_of_run}."
+        )
     values = read_toml(file, "stack file")
     kind = values.get("kind")
     if kind not in ("basis", "frames"):

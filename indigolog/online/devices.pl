@@ -40,6 +40,7 @@ device(Module, Deadline, Where), Where being `here` or thread(Id, Requests, Repl
 :- use_module(device_thread).
 :- use_module(run_options, [known_device_options/2]).
 :- use_module(runs, [known_event/1]).
+:- use_module('../language/chance', [drawn_apart/1]).
 :- use_module('../language/sensing', [sensing_action/2]).
 :- use_module(terminal).
 :- use_module('../language/theory', [assignment/2, history_mark/1, theory_module/2]).
@@ -144,7 +145,7 @@ carried_out(devices(List, _, _), Theory, A, Sensing) :-
     ;   theory_module(Theory, Module),
         clause(Module:execute(_, _), _)
     ->  in_world(execute(A, _),
-                 (   Module:execute(A, Sensing)
+                 (   drawn_apart(Module:execute(A, Sensing))
                  ->  true
                  ;   throw(error(golog(device_failed(theory, A)), _))
                  ))
@@ -160,8 +161,8 @@ in_world(Asked, Goal) :-
 
 carried_out_at(here, Module, Deadline, A, Sensing) :-
     (   Deadline == none
-    ->  executed(Module, A, Result)
-    ;   catch(call_with_time_limit(Deadline, executed(Module, A, Result)),
+    ->  drawn_apart(executed(Module, A, Result))
+    ;   catch(call_with_time_limit(Deadline, drawn_apart(executed(Module, A, Result))),
               time_limit_exceeded,
               throw(error(golog(deadline(A, Deadline)), _)))
     ),
@@ -200,10 +201,10 @@ taken(Events, Actions) :-
 
 % What is not told by a thread must be asked for.
 look(devices(List, Events, Theory)) :-
-    forall(member(device(Module, _, here), List), poll(Module, Events)),
+    forall(member(device(Module, _, here), List), drawn_apart(poll(Module, Events))),
     theory_module(Theory, Own),
     (   clause(Own:exog_occurs(_), _),
-        in_world(exog_occurs(_), Own:exog_occurs(A)),
+        in_world(exog_occurs(_), drawn_apart(Own:exog_occurs(A))),
         nonvar(A)
     ->  known_event(A),
         thread_send_message(Events, event(A))

@@ -5,6 +5,7 @@
             domain_problem/5,         % +Variables, +In, +Theory, -Kind, -What
             unused_variable/4,        % +Construct, +In, -Kind, -What
             constant/3,               % +Term, +In, +Theory
+            known_beforehand/2,       % +Term, +Clause
             goal_exists/2             % +Goal, +Theory
           ]).
 /** <module> What is wrong inside formulas
@@ -212,3 +213,12 @@ constant(Term, in(_, Names), Theory) :-
     \+ ( sub_term(T, Term),
          callable(T),
          ( memberchk(T, Names) ; fluent_template(Theory, T, _) ) ).
+
+%!  known_beforehand(+Term, +Clause) is semidet.
+%
+%   Term, which stands in Clause, is the same whatever the values of fluents and of variables that constructs there bind.
+
+known_beforehand(Term, Clause) :-
+    current_theory(Theory),
+    bound_names(Clause, Names),
+    constant(Term, in(_, Names), Theory).

@@ -155,6 +155,16 @@ def test_a_frame_with_too_few_levels_is_refused(tmp_path: Path) -> None:
         load_stack(frames_stack(tmp_path, FRAMES.replace("lights = [7, 0]", "lights = [7]", 1)))
 
 
+def test_a_run_folder_is_told_from_the_stack_in_it(tmp_path: Path) -> None:
+    (tmp_path / "images").mkdir()
+    frames_stack(tmp_path / "images")
+    with pytest.raises(BadInput) as refused:
+        load_stack(tmp_path)
+    assert str(refused.value) == (
+        f"{tmp_path} is a run folder, and not a stack folder. Its frames are one: give {tmp_path / 'images'}."
+    )
+
+
 def test_recorded_stacks_are_read(shared_data: Path) -> None:
     for folder in sorted((shared_data / "stacks").iterdir()):
         replay = Replay(load_stack(folder), seed=1)

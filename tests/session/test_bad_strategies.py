@@ -56,6 +56,32 @@ def test_what_the_device_does_not_have_is_said_before_anything_is_done(
     assert "mine.pl" in message
 
 
+def test_what_only_a_running_strategy_knows_is_no_light_and_no_level(tmp_path: Path) -> None:
+    programs = [
+        "if(some(l, [left, right], neg(working(l))), [], [])",
+        "if(all(light, [left, right], working(light)), [], [])",
+        "if(some([l], and(member(l, [left]), working(l))), [], [])",
+        "pi(l, [left, right], ?(working(l)))",
+        "pi((r(l), [left, right]), ?(working(l)))",
+        "for(l, [left, right], ?(working(l)))",
+        "prioritized_interrupts([interrupt(l, and(member(l, [left]), neg(working(l))), choose_random)])",
+        "if(working(weakest), [], [])",
+        "for(k, [0, 7], choose(settings([k, 7, 7], 1/60, 4)))",
+        "pi((a, [2.8, 4]), choose(settings([7, 7, 7], 1/60, a)))",
+        "choose(settings([weakest_level, 7, 7], 1/60, 4))",
+    ]
+    procedures = "".join(f"proc(p{number}, {program}).\n" for number, program in enumerate(programs))
+    names = ("weakest", "weakest_level")
+    fluents = "".join(f"fun_fluent({name}).\ninitially({name}, 0).\n" for name in names)
+    file = tmp_path / "mine.pl"
+    file.write_text(f"{procedures}{fluents}proc(control, []).\n")
+    done = served("--controller", file, "--dry-run")
+    assert done.returncode == 0, done.stderr
+    file.write_text("proc(control,\n [pi(l, [left], ?(working(l))), ?(working(m))]).\n")
+    message = refused("--controller", file, "--dry-run", by=served)
+    assert "mine.pl:2: working(m): there is no light m" in message
+
+
 def test_what_a_strategy_includes_is_its_own(tmp_path: Path) -> None:
     (tmp_path / "theirs.pl").write_text("proc(control, [first]).\nproc(first, choose_random).\n")
     file = tmp_path / "mine.pl"

@@ -51,9 +51,9 @@ def test_stopped_by_signal(tmp_path: Path, sent: signal.Signals, status: int) ->
     report = report_of(tmp_path)
     assert threads_that_take(sent, session.pid) == ["swipl"]  # another one would lose it
     session.send_signal(sent)
-    said, _ = session.communicate(timeout=DEADLINE_S)
+    said, messages = session.communicate(timeout=DEADLINE_S)
     assert session.returncode == status
-    assert said.startswith("Stopped")
+    assert said.startswith("Stopped") and f": --resume {tmp_path} goes on" in " ".join(messages.split())
     assert gone(servers | {"report": report})
     assert "</html>" in (tmp_path / "report.html").read_text()
     stopped = json.loads((tmp_path / "result.json").read_text())
@@ -210,6 +210,7 @@ def test_a_server_of_the_user_s_that_stays_away_is_given_up(tmp_path: Path) -> N
     assert session.returncode == 4, messages
     assert f"nobody listens at {endpoint} any more" in messages
     assert f"Nobody has listened at {endpoint} for 25 s" in messages
+    assert f"--resume {tmp_path / 'run'} goes on" in messages
     assert "score" not in messages and "at most 5 times" not in messages
     result = json.loads((tmp_path / "run" / "result.json").read_text())
     assert took_s < 60.0

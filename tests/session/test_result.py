@@ -12,6 +12,7 @@ from bridge.commands.schema import laid_out
 from bridge.mocks import MockImageServer, MockVisionServer, mock_image_server, mock_vision_server
 from bridge.result_file import result_schema
 from tests.session.command import ROOT, controller
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
@@ -91,3 +92,15 @@ def test_no_pose_and_a_light_that_died(
     assert result["pose"] is None
     assert (result["status"], result["merit_px"], result["scenario"]) == ("exhausted", 100.0, None)
     assert result["lights"][0] == {"name": "left", "levels": None}
+
+
+def test_whatever_a_strategy_gives_for_a_reason_stands_there_in_words(tmp_path: Path) -> None:
+    reasons = ["iteration", "why(merit, [1, 2])", '"a string"', "[]"]
+    dropped = ", ".join(f"choose_reference, take_image, drop_image({reason})" for reason in reasons)
+    (tmp_path / "mine.pl").write_text(f"proc(control, [{dropped}]).\n")
+    options = ("--controller", tmp_path / "mine.pl", "--scenario", small(), "--out", tmp_path / "run")
+    done = served(*options, "--no-report")
+    assert done.returncode == 3, done.stderr
+    result = checked(tmp_path / "run")
+    told = [step["reason"] for step in result["steps"]]
+    assert told == ["1", "why(100.0,[1,2])", "a string", "[]"]

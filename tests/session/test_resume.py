@@ -151,7 +151,13 @@ def test_what_a_controller_includes_is_a_part_of_it(tmp_path: Path) -> None:
     assert served("--controller", strategy, *options, "--out", out, "--quiet").returncode == 3
     (out / "result.json").unlink()
     included.write_text(f"{source}\nproc(more, []).\n")
-    assert "not the file any more" in refused(out)
+    message = refused(out)
+    assert "not the file any more" in message and f"--again {out} --controller {strategy}" in message
+    anew = ("--again", out, "--controller", strategy, "--out", tmp_path / "again", "--no-report", "--quiet")
+    assert served(*anew).returncode == 3
+    strategy.rename(tmp_path / "elsewhere.pl")
+    assert f"{strategy} is not there any more: put back the file" in refused(out)
+    (tmp_path / "elsewhere.pl").rename(strategy)
     included.write_text(source)
     assert served("--resume", out, "--quiet").returncode == 3
 

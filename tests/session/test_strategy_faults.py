@@ -49,10 +49,20 @@ def test_it_is_said_with_its_place(
     assert told[0].startswith(f"ERROR: {file}:{line}: ")
     assert len(told) <= 3
     assert all(word in done.stderr for word in words), done.stderr
-    assert "indigolog_theory" not in done.stderr
+    assert "indigolog_theory" not in done.stderr and "--resume" not in done.stderr
     result = json.loads((tmp_path / "run" / "result.json").read_text())
     assert result["status"] == "stopped"
     assert result["message"].startswith(f"{file}:{line}: ")
+
+
+def test_a_hold_point_has_one_of_three_outcomes(tmp_path: Path) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text("proc(control,\n hold_done(why(x))).\n")
+    options = ("--approach", "--scenario", small("approach"), "--out", tmp_path / "run", "--no-report")
+    done = served("--controller", file, *options, "--quiet")
+    assert done.returncode == 2, done.stderr
+    assert f"{file}:2: " in done.stderr
+    assert "member(why(x),[fixed,reached,aborted]) is false" in done.stderr
 
 
 def test_it_may_not_end_the_process_while_it_is_loaded(tmp_path: Path) -> None:
