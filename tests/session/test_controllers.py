@@ -239,10 +239,10 @@ def test_lost_replies_are_asked_for_again(
     mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
 ) -> None:
     mock_vision_server.drop("capture", 1)
-    status, _, _ = run(
+    status, _, shown = run(
         mock_vision_server, mock_image_server, tmp_path, "--threshold", "50", "--max-iterations", "1"
     )
-    assert status == 0
+    assert status == 0, shown
     assert len(asked(mock_vision_server, "capture")) == 1
 
 
