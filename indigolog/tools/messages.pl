@@ -186,8 +186,8 @@ said(deadline(started, Seconds), 'the device did not start within ~w s', [Second
 said(deadline(A, Seconds), 'the device did not finish ~q within ~w s', [A, Seconds]).
 said(device_failed(D, A), 'device ~q failed to execute ~q', [D, A]).
 said(not_boolean_result(A, F, R), '~q sensed ~q, but ~q, which it senses, is true or false', [A, R, F]).
-said(nothing_sensed(A), 'the device gave no sensing result for ~q', [A]).
-said(open_result(A), 'the device gave a sensing result for ~q that has variables in it', [A]).
+said(nothing_sensed(A), 'no sensing result was given for ~q', [A]).
+said(open_result(A), 'the sensing result that was given for ~q has variables in it', [A]).
 said(open_event(A), 'the exogenous action ~p is not ground', [A]).
 said(no_events(D, nothing), 'device ~q: its exogenous/1 failed; with nothing to report it gives []', [D]).
 said(no_events(D, As), 'device ~q reports ~p: its exogenous/1 gives a list of ground actions', [D, As]).

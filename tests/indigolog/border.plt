@@ -48,7 +48,7 @@ test(reported_by_a_thread, error(golog(open_event(numbered(_))))) :-
 
 test(exogenous_action_of_a_theory, [setup(load_text("prim_action(a). poss(a, true). exog_action(b(_)). exog_occurs(b(_)).
                                                      execute(_, _).")),
-                                    cleanup(load), error(golog(open_event(b(_))))]) :-
+                                    cleanup(load), error(golog(open_event(b(_))), golog(world(exog_occurs(_)), _))]) :-
     indigolog([a, a]).
 
 % A theory with a world of its own, beside devices that know nothing of it.
@@ -69,6 +69,14 @@ test(an_error_in_a_theory_s_own_world_tells_where,
      [setup(load_text("prim_action(look). poss(look, true). fun_fluent(seen). senses(look, seen).
                        execute(look, X) :- X is 1 / 0.")),
       cleanup(load), error(evaluation_error(zero_divisor), golog(world(execute(look, _)), _))]) :-
+    indigolog(look, [check(false), device(apart)]).
+
+test(a_world_that_tells_no_result_tells_where,
+     [ forall(member(Text-Error, ["_"-nothing_sensed(look), "f(_)"-open_result(look)])),
+       setup(( format(string(Theory), "prim_action(look). poss(look, true). fun_fluent(seen). senses(look, seen).
+                                       execute(look, ~s).", [Text]),
+               load_text(Theory) )),
+       cleanup(load), error(golog(Error), golog(world(execute(look, _)), _))]) :-
     indigolog(look, [check(false), device(apart)]).
 
 test(a_world_that_fails_tells_where,
