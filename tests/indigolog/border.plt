@@ -27,6 +27,13 @@ run(Program, Events, Sensed, Options) :-
     assertz(sensing(Sensed)),
     indigolog(Program, [check(false)|Options]).
 
+:- dynamic ignored/1.
+
+:- multifile user:message_hook/3.
+
+user:message_hook(golog(undeclared_event(A)), warning, _) :-
+    assertz(test_indigolog_border:ignored(A)).
+
 :- begin_tests(border_of_devices, [setup(load)]).
 
 test(reports, [forall(( member(Events, [nothing, [_], [numbered(_)], [bump|_], bump, fails]),
@@ -50,6 +57,13 @@ test(exogenous_action_of_a_theory, [setup(load_text("prim_action(a). poss(a, tru
                                                      execute(_, _).")),
                                     cleanup(load), error(golog(open_event(b(_))), golog(world(exog_occurs(_)), _))]) :-
     indigolog([a, a]).
+
+test(an_event_that_is_not_declared_is_said_once,
+     [ setup(load_text("prim_action(a). poss(a, true). exog_occurs(b(1)). exog_occurs(_) :- fail. execute(_, _).")),
+       cleanup(load), Ignored == [b(1)] ]) :-
+    retractall(test_indigolog_border:ignored(_)),
+    indigolog([a, a, a], [check(false)]),
+    findall(A, test_indigolog_border:ignored(A), Ignored).
 
 % A theory with a world of its own, beside devices that know nothing of it.
 own_world("prim_action(look). poss(look, true). fun_fluent(seen). senses(look, seen). exog_action(rang).
