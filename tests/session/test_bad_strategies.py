@@ -56,6 +56,18 @@ def test_what_the_device_does_not_have_is_said_before_anything_is_done(
     assert "mine.pl" in message
 
 
+def test_a_parameter_that_the_vision_server_does_not_have_is_said_before_anything_is_done(
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text("proc(control, [choose_random,\n set_parameter(macher, genetic), take_image]).\n")
+    message = refused("--controller", file, "--dry-run", by=served)
+    assert f"{file}:2: there is no vision parameter macher; there are coarse, " in message
+    assert "Did you mean matcher?" in message
+    file.write_text("proc(control, pi((name, [matcher, fusion]), set_parameter(name, 7))).\n")
+    assert served("--controller", file, "--dry-run").returncode == 0
+
+
 def test_what_a_strategy_includes_is_its_own(tmp_path: Path) -> None:
     (tmp_path / "theirs.pl").write_text("proc(control, [first]).\nproc(first, choose_random).\n")
     file = tmp_path / "mine.pl"
@@ -91,11 +103,14 @@ def test_what_is_not_possible_is_said_with_its_place(tmp_path: Path, body: str, 
 @pytest.mark.parametrize(
     ("program", "words"),
     [
-        ("proc(control, while(true, ?(true))).", ["100,000 steps without an action", "while(true,?(true))"]),
+        (
+            "proc(control, while(true, ?(true))).",
+            ["mine.pl:1: ", "100,000 steps without an action", "while(true,?(true))"],
+        ),
         ("proc(control, while(true, choose_random)).", ["1000 actions and took no image"]),
         (
             "proc(control, loop(0)).\nproc(loop(N), [?(N >= 0), loop(M)]) :- integer(N), M is N + 1.",
-            ["100,000 steps without an action", "loop("],
+            ["mine.pl:2: ", "100,000 steps without an action", "loop("],
         ),
     ],
 )

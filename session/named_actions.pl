@@ -1,0 +1,72 @@
+:- module(session_named_actions,
+          [ check_parameters/2,         % +File, :Known
+            doing/1,                    % +Action
+            refused_action/3            % +Error, +File, -Message
+          ]).
+/** <module> Actions of the theory that a strategy names itself, and the servers' word on what it gives them
+
+take_image, measure and the other procedures give their actions what they should have: what a strategy writes itself,
+as set_parameter(matcher, genetic), it is answerable for.
+*/
+
+:- use_module(strategy_file, [in_strategy/3, place_of/3]).
+:- use_module(usage, [did_you_mean/3, usage_error/2]).
+:- use_module('../indigolog/language/binding', [bound_names/2]).
+:- use_module(library(lists), [member/2, memberchk/2]).
+:- use_module(library(occurs), [sub_term/2]).
+
+:- meta_predicate check_parameters(+, 1).
+
+%!  check_parameters(+File, :Known) is det.
+%
+%   The vision server has the parameters that the strategy sets.  Known is called for their names only where it sets one.
+%
+%   @error usage_error(Message)
+
+check_parameters(File, Known) :-
+    findall(Name, parameter_set(File, Name), Set),
+    (   Set == []
+    ->  true
+    ;   call(Known, Names),
+        forall(( member(Name, Set), \+ memberchk(Name, Names) ),
+               no_parameter(File, Name, Names))
+    ).
+
+%   A name that a construct binds is a variable.
+parameter_set(File, Name) :-
+    in_strategy(File, proc(_, Body), _),
+    bound_names(Body, Bound),
+    sub_term(Step, Body),
+    nonvar(Step),
+    Step = set_parameter(Name, _),
+    atom(Name),
+    \+ memberchk(Name, Bound).
+
+no_parameter(File, Name, Names) :-
+    place_of(File, [set_parameter(Name, _)], Place),
+    atomic_list_concat(Names, ', ', Listed),
+    did_you_mean(Name, Names, Hint),
+    usage_error("~w: there is no vision parameter ~w; there are ~w.~w", [Place, Name, Listed, Hint]).
+
+%!  doing(+Action) is det.
+%
+%   Action is what the servers are asked for, `none` when it is done.
+
+doing(Action) :-
+    nb_setval(session_doing, Action).
+
+%!  refused_action(+Error, +File, -Message) is semidet.
+%
+%   Error is the word of a server that an action cannot be done as it was asked for, and the strategy names that action.
+
+refused_action(error(server_error(Code, Said, Hint), _), File, Message) :-
+    memberchk(Code, [bad_arguments, bad_input]),
+    nb_current(session_doing, Action),
+    compound(Action),
+    compound_name_arity(Action, Name, Arity),
+    compound_name_arity(Like, Name, Arity),
+    in_strategy(File, Like, _),
+    !,
+    place_of(File, [Action, Like], Place),
+    format(string(Text), "~w: ~q is refused: ~w ~w", [Place, Name/Arity, Said, Hint]),
+    split_string(Text, "", " ", [Message]).
