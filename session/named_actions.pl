@@ -1,5 +1,6 @@
 :- module(session_named_actions,
-          [ check_parameters/2,         % +File, :Known
+          [ check_chosen/1,             % +File
+            check_parameters/2,         % +File, :Known
             doing/1,                    % +Action
             refused_action/3            % +Error, +File, -Message
           ]).
@@ -12,10 +13,46 @@ as set_parameter(matcher, genetic), it is answerable for.
 :- use_module(strategy_file, [in_strategy/3, place_of/3]).
 :- use_module(usage, [did_you_mean/3, usage_error/2]).
 :- use_module('../indigolog/language/binding', [bound_names/2]).
+:- use_module('../indigolog/language/theory', [current_theory/1, fluent_template/3]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(occurs), [sub_term/2]).
 
 :- meta_predicate check_parameters(+, 1).
+
+%!  check_chosen(+File) is det.
+%
+%   What the strategy chooses has a value, where its own words tell.  The theory of File is loaded.
+%
+%   @error usage_error(Message)
+
+check_chosen(File) :-
+    (   in_strategy(File, proc(_, Body), _),
+        no_value(Body, Chosen, Why)
+    ->  place_of(File, [choose(Chosen)], Place),
+        ( var(Chosen) -> Name = '_' ; Name = Chosen ),
+        usage_error("~w: choose(~w): ~w", [Place, Name, Why])
+    ;   true
+    ).
+
+%   No axiom of the theory gives the settings of choose/1 a value, as that of keep/1 gives one to its image.
+no_value(Body, Name, Why) :-
+    bound_names(Body, Bound),
+    sub_term(Step, Body),
+    nonvar(Step),
+    Step = choose(Name),
+    atom(Name),
+    \+ memberchk(Name, Bound),
+    current_theory(Theory),
+    \+ fluent_template(Theory, Name, _),
+    format(atom(Why), "~w is no fluent, and nothing around it binds it: it has no settings to choose", [Name]).
+no_value(Body, Variable, "pi binds it, and nothing before gives it a value: that takes a domain or a test") :-
+    sub_term(Step, Body),
+    nonvar(Step),
+    member(Step, [pi(Variable, Picked), rpi(Variable, Picked)]),
+    ( atom(Variable) ; var(Variable) ),
+    findall(used, ( sub_term(Used, Picked), Used == Variable ), Uses),
+    findall(used, ( sub_term(Used, Picked), nonvar(Used), Used = choose(Chosen), Chosen == Variable ), Uses),
+    Uses = [_|_].
 
 %!  check_parameters(+File, :Known) is det.
 %

@@ -4,7 +4,7 @@
           ]).
 /** <module> How the explanations of explain.pl read */
 
-:- use_module(library(apply), [maplist/3]).
+:- use_module(library(apply), [maplist/2, maplist/3]).
 :- use_module('../language/semantics', [shown_as/2]).
 
 :- multifile prolog:message//1.
@@ -57,17 +57,32 @@ below([Part|Parts], Depth) -->
     explanation(Part, Deeper),
     below(Parts, Depth).
 
+%   nameless(+Term, -Shown): a variable that has no value is shown as such; Prolog's name for it says nothing.
+nameless(Term, Shown) :-
+    copy_term(Term, Shown),
+    term_variables(Shown, Variables),
+    maplist(=('$VAR'('_')), Variables).
+
 said(false(P, Parts), Parts) -->
-    [ '~p is false'-[P] ].
+    { nameless(P, Shown) },
+    [ '~p is false'-[Shown] ].
 said(true(P, Parts), Parts) -->
-    [ '~p is true'-[P] ].
+    { nameless(P, Shown) },
+    [ '~p is true'-[Shown] ].
 said(value(F, unknown), []) -->
     !,
-    [ '~p has no known value'-[F] ].
+    { nameless(F, Shown) },
+    [ '~p has no known value'-[Shown] ].
 said(value(F, V), []) -->
-    [ '~p = ~p'-[F, V] ].
+    { nameless(F, Shown) },
+    [ '~p = ~W'-[Shown, V, [quoted(true), portray(true), numbervars(true), max_depth(12)]] ].
 said(impossible(A, Parts), Parts) -->
-    [ 'action ~p is not possible'-[A] ].
+    { nameless(A, Shown) },
+    [ 'action ~p is not possible'-[Shown] ],
+    (   { ground(A) }
+    ->  []
+    ;   [ ': a variable in it has no value, as nothing before it gives it one'-[] ]
+    ).
 said(undeclared(A), []) -->
     [ '~p is neither an action nor a procedure of the theory'-[A] ].
 said(not_an_instance(A), []) -->

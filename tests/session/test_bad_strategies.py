@@ -56,6 +56,33 @@ def test_what_the_device_does_not_have_is_said_before_anything_is_done(
     assert "mine.pl" in message
 
 
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("[\n choose(s)]", "2: choose(s): s is no fluent, and nothing around it binds it"),
+        ("\n pi(s, choose(s))", "2: choose(s): pi binds it, and nothing before gives it a value"),
+        ("pi(s, [?(well_exposed(t)),\n choose(s)])", "2: choose(s): pi binds it, and nothing before"),
+        ("pi(S,\n choose(S))", "2: choose(_): pi binds it, and nothing before"),
+    ],
+)
+def test_settings_that_have_no_value_are_said_before_anything_is_done(
+    tmp_path: Path, body: str, words: str
+) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(f"proc(control, {body}).\n")
+    assert f"{file}:{words}" in refused("--controller", file, "--dry-run", by=served)
+
+
+def test_settings_that_something_gives_a_value_are_none_of_these(tmp_path: Path) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(
+        "fun_fluent(mine). initially(mine, settings([7, 7, 7], 1/60, 4.0)). proc(one(S), choose(S)).\n"
+        "proc(control, [choose(mine), pi(s, [?(well_exposed(s)), choose(s)]), pi((s, [mine]), choose(s)),\n"
+        "  for(k, [mine], choose(k)), pi(s, [?(s = mine), one(s)])]).\n"
+    )
+    assert served("--controller", file, "--dry-run").returncode == 0
+
+
 def test_a_parameter_that_the_vision_server_does_not_have_is_said_before_anything_is_done(
     tmp_path: Path,
 ) -> None:
@@ -88,6 +115,8 @@ def test_what_a_strategy_includes_is_its_own(tmp_path: Path) -> None:
         ("[choose_random,\n keep_image]", [":2: ", "no image to keep", "take_image"]),
         ("[choose_random, take_image,\n\n keep_image]", [":3: ", "before it is measured"]),
         ("[choose_random, take_image, take_image]", ["i1 is neither kept nor discarded"]),
+        ("pi(s, [if(false, ?(s = 1), []),\n choose(s)])", [":2: ", "choose is given no settings"]),
+        ("[if(true, [],\n []), pi((s, [7]), choose(s))]", [":2: ", "choose(7): that is no settings"]),
     ],
 )
 def test_what_is_not_possible_is_said_with_its_place(tmp_path: Path, body: str, words: list[str]) -> None:
