@@ -89,6 +89,10 @@ said(not_an_instance(A), []) -->
     [ 'action ~p is not one of those that are declared'-[A] ].
 said(no_axiom(A), []) -->
     [ 'action ~p has no precondition axiom'-[A] ].
+said(no_plan(E, Event), []) -->
+    { shown_program(E, Shown) },
+    happened(Event),
+    [ ', which the plan did not expect, and from there none is found for ~p'-[Shown] ].
 said(no_step(E), []) -->
     { shown_program(E, Shown) },
     [ '~p has no step'-[Shown] ].
@@ -98,3 +102,11 @@ said(dead_end([], Parts), Parts) -->
     [ 'at once:'-[] ].
 said(dead_end([A|As], Parts), Parts) -->
     [ 'after ~p:'-[[A|As]] ].
+
+happened(failed(A, Reason)) -->
+    !,
+    [ '~p failed ('-[A] ],
+    '$messages':translate_message(error(Reason, _)),
+    [ ')'-[] ].
+happened(Event) -->
+    [ '~p happened'-[Event] ].

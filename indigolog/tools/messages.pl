@@ -184,6 +184,7 @@ said(run_exists(Name), 'a run named ~q is going on already', [Name]).
 said(nothing_happened(Seconds), 'no exogenous action arrived within ~w s', [Seconds]).
 said(deadline(started, Seconds), 'the device did not start within ~w s', [Seconds]).
 said(deadline(A, Seconds), 'the device did not finish ~q within ~w s', [A, Seconds]).
+said(device_failed(theory, A), 'execute/2 of the theory failed for ~q', [A]) :- !.
 said(device_failed(D, A), 'device ~q failed to execute ~q', [D, A]).
 said(not_boolean_result(A, F, R), '~q sensed ~q, but ~q, which it senses, is true or false', [A, R, F]).
 said(nothing_sensed(A), 'no sensing result was given for ~q', [A]).
