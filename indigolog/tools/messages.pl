@@ -139,8 +139,9 @@ error_text(unknown_entry(A)) -->
     [ '~p in a history is not an action of the theory'-[A] ],
     ( { callable(A) } -> hint(A) ; [] ).
 error_text(no_end(N)) -->
-    [ 'no end was found within ~D actions, which fill half of the stack; a limit (--max-actions, do/4)'-[N], nl,
-      'or search(E, [strategy(breadth)]) finds a shorter execution if there is one, swipl --stack-limit=4g a longer one'-[] ].
+    [ 'no end was found within ~D actions, which fill half of the stack; a loop as star(E) goes on before what'-[N], nl,
+      'follows it is tried: while(neg(P), E) in place of [star(E), ?(P)], a limit (--max-actions, do/4) or'-[], nl,
+      'search(E, [strategy(breadth)]) finds a shorter execution if there is one, swipl --stack-limit=4g a longer one'-[] ].
 error_text(no_clause(A)) -->
     { functor(A, Name, Arity) },
     [ 'no clause of the procedure ~q matches ~q'-[Name/Arity, A] ].
