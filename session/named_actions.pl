@@ -12,8 +12,7 @@ as set_parameter(matcher, genetic), it is answerable for.
 
 :- use_module(strategy_file, [in_strategy/3, place_of/3]).
 :- use_module(usage, [did_you_mean/3, usage_error/2]).
-:- use_module('../indigolog/language/binding', [bound_names/2]).
-:- use_module('../indigolog/language/theory', [current_theory/1, fluent_template/3]).
+:- use_module('../indigolog/tools/formula_checks', [constant_name/2]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(occurs), [sub_term/2]).
 
@@ -36,14 +35,10 @@ check_chosen(File) :-
 
 %   No axiom of the theory gives the settings of choose/1 a value, as that of keep/1 gives one to its image.
 no_value(Body, Name, Why) :-
-    bound_names(Body, Bound),
     sub_term(Step, Body),
     nonvar(Step),
     Step = choose(Name),
-    atom(Name),
-    \+ memberchk(Name, Bound),
-    current_theory(Theory),
-    \+ fluent_template(Theory, Name, _),
+    constant_name(Name, Body),
     format(atom(Why), "~w is no fluent, and nothing around it binds it: it has no settings to choose", [Name]).
 no_value(Body, Variable, "pi binds it, and nothing before gives it a value: that takes a domain or a test") :-
     sub_term(Step, Body),
@@ -69,15 +64,12 @@ check_parameters(File, Known) :-
                no_parameter(File, Name, Names))
     ).
 
-%   A name that a construct binds is a variable.
 parameter_set(File, Name) :-
     in_strategy(File, proc(_, Body), _),
-    bound_names(Body, Bound),
     sub_term(Step, Body),
     nonvar(Step),
     Step = set_parameter(Name, _),
-    atom(Name),
-    \+ memberchk(Name, Bound).
+    constant_name(Name, Body).
 
 no_parameter(File, Name, Names) :-
     place_of(File, [set_parameter(Name, _)], Place),

@@ -5,6 +5,7 @@
             domain_problem/5,         % +Variables, +In, +Theory, -Kind, -What
             unused_variable/4,        % +Construct, +In, -Kind, -What
             constant/3,               % +Term, +In, +Theory
+            constant_name/2,          % +Name, +Program
             goal_exists/2             % +Goal, +Theory
           ]).
 /** <module> What is wrong inside formulas
@@ -212,3 +213,13 @@ constant(Term, in(_, Names), Theory) :-
     \+ ( sub_term(T, Term),
          callable(T),
          ( memberchk(T, Names) ; fluent_template(Theory, T, _) ) ).
+
+%!  constant_name(+Name, +Program) is semidet.
+%
+%   Name is an atom that stands for itself in Program, under the current theory: it is no fluent, and nothing binds it.
+
+constant_name(Name, Program) :-
+    atom(Name),
+    bound_names(Program, Names),
+    current_theory(Theory),
+    constant(Name, in(Program, Names), Theory).
