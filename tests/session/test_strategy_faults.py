@@ -65,6 +65,20 @@ def test_it_is_said_with_its_place(
     assert result["message"].startswith(f"{file}:{line}: ")
 
 
+def test_words_in_utf_8_stay_what_they_are(tmp_path: Path) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(
+        "proc(control, [choose_reference, take_image, measure, drop_image(größer), choose_reference,\n"
+        " take_image, measure, drop_image('暗い')]).\n",
+        encoding="utf-8",
+    )
+    run = tmp_path / "run"
+    served("--controller", file, "--scenario", small(), "--out", run, "--no-report", "--quiet")
+    steps = json.loads((run / "result.json").read_text(encoding="utf-8"))["steps"]
+    assert [step["reason"] for step in steps] == ["größer", "暗い"]
+    assert "discard(i1,größer)" in (run / "history.pl").read_text(encoding="utf-8")
+
+
 def test_it_may_not_end_the_process_while_it_is_loaded(tmp_path: Path) -> None:
     file = tmp_path / "mine.pl"
     file.write_text("proc(control, []).\n:- initialization(halt).\n")
