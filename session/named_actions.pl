@@ -2,6 +2,7 @@
           [ check_chosen/1,             % +File
             check_parameters/2,         % +File, :Known
             doing/1,                    % +Action
+            no_settings/2,              % +Chosen, -Words
             refused_action/3            % +Error, +File, -Message
           ]).
 /** <module> Actions of the theory that a strategy names itself, and the servers' word on what it gives them
@@ -48,6 +49,17 @@ no_value(Body, Variable, "pi binds it, and nothing before gives it a value: that
     findall(used, ( sub_term(Used, Picked), Used == Variable ), Uses),
     findall(used, ( sub_term(Used, Picked), nonvar(Used), Used = choose(Chosen), Chosen == Variable ), Uses),
     Uses = [_|_].
+
+%!  no_settings(+Chosen, -Words) is semidet.
+%
+%   What is said of a choice of something else than settings, once the strategy runs.
+
+no_settings(Chosen, "choose is given no settings: a variable in it has no value, as nothing before it gives it one") :-
+    \+ ground(Chosen),
+    !.
+no_settings(Chosen, Words) :-
+    Chosen \= settings(_, _, _),
+    format(string(Words), "choose(~w): that is no settings, as settings(Levels, Shutter, Aperture) are", [Chosen]).
 
 %!  check_parameters(+File, :Known) is det.
 %

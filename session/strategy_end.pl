@@ -8,7 +8,7 @@ An error that the interpreter met in a step is the strategy's: what a server doe
 
 :- use_module(display, [show/2]).
 :- use_module(ending_words, [error_text/2]).
-:- use_module(named_actions, [refused_action/3]).
+:- use_module(named_actions, [no_settings/2, refused_action/3]).
 :- use_module(strategy_file, [blocked/4, place_of/3]).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_holds/2]).
 :- use_module('../indigolog/tools/explain', [why/3]).
@@ -67,6 +67,12 @@ ended_by(Error, _, _, End) =>
 wrong(Format, Arguments, failed(error(usage_error(Message), _))) :-
     format(string(Message), Format, Arguments).
 
+failed(Whys, _, File, _, End) :-
+    member(impossible(choose(Chosen), _), Whys),
+    no_settings(Chosen, Words),
+    !,
+    place_of(File, [choose(Chosen), choose(_)], Place),
+    wrong("~w: ~s", [Place, Words], End).
 failed(Whys, _, File, S, End) :-
     member(impossible(Action, _), Whys),
     blocked(File, Action, S, Message),

@@ -141,10 +141,6 @@ blocked(File, Action, Situation, Message) :-
 
 why(choose(S), state(Device, _, _, _), "~s", [Problem]) :-
     settings_problem(Device, S, Problem).
-why(choose(S), _, "choose is given no settings: a variable in it has no value, as nothing before it gives it one", []) :-
-    \+ ground(S).
-why(choose(S), _, "choose(~w): that is no settings, as settings(Levels, Shutter, Aperture) are", [S]) :-
-    S \= settings(_, _, _).
 why(capture(_, _), state(_, Image, _, _), "the image ~w is neither kept nor discarded yet: keep_image or drop_image it first",
     [Image]) :-
     Image \== none.
