@@ -230,6 +230,11 @@ ended(failed, _, Rest, S, 1) :-
 
 explained(Question, S) :-
     why(Question, S, Whys),
+    explained(Whys).
+
+explained([]) :-
+    !.
+explained(Whys) :-
     phrase(explanations(Whys), Lines),
     print_message_lines(user_error, '', Lines).
 
@@ -240,6 +245,13 @@ print_executed(executed(_, A, _), _) :-
     flag(indigolog_executed, N, N+1),
     format("~q~n", [A]),
     flush_output.
+print_executed(failed(_, A, Reason), _) :-
+    phrase('$messages':translate_message(error(Reason, _)), Words),
+    phrase(([ '~q failed: '-[A] ], list(Words)), Parts),
+    print_message_lines(user_error, '', Parts).
+
+list([]) --> [].
+list([Part|Parts]) --> [Part], list(Parts).
 
 printed(History) :-
     reverse(History, Actions),

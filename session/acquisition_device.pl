@@ -28,6 +28,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
 :- use_module(connections).
 :- use_module(display, [show/2]).
 :- use_module(json_terms).
+:- use_module(named_actions, [check_parameters/2, doing/1]).
 :- use_module(recovery).
 :- use_module(servers, [captures_taken/1, own_server/1]).
 :- use_module(strategy_file, [check_against_device/2, check_instead/2]).
@@ -39,6 +40,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
 :- autoload(library(filesex), [directory_file_path/3]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3]).
+:- use_module(library(pairs), [pairs_keys/2]).
 
 :- dynamic
     opened_with/1,                      % Options
@@ -93,7 +95,9 @@ can_execute(advance(_)).
 
 execute(Action, Sensing) :-
     begin_action,
+    doing(Action),
     carry_out(Action, Sensing),
+    doing(none),
     end_action(Action).
 
 carry_out(connect, session(Device, Threshold, Limit)) :-
@@ -106,6 +110,7 @@ carry_out(connect, session(Device, Threshold, Limit)) :-
     device_term(Result.describe, Device),
     option(controller_file(File), Options),
     check_against_device(File, Device),
+    check_parameters(File, parameter_names),
     forall(option(instead(Words), Options), check_instead(Words, Device)),
     heard_of(Device, Result.describe),
     default_threshold(Default),
@@ -165,6 +170,11 @@ carry_out(advance(RangeM), true) :-
     came_with(Result),
     assertz(own_move),
     ask(vision_server, parameters, _{seed_pose:_{best_at_range_m:RangeM}}, _).
+
+parameter_names(Names) :-
+    ask(vision_server, parameters, _{}, Parameters),
+    dict_pairs(Parameters, _, Pairs),
+    pairs_keys(Pairs, Names).
 
 settings_searched_for(32).             % the best may be of states to avoid; chosen by hand
 

@@ -28,8 +28,8 @@ may take, drawn anew as time goes.  Only on a terminal: what goes into a file or
     live/1,                             % Limit on images, or holds(N)
     since/2,                            % When, Count: servers are waited for since then, and what was done before
     done/2,                             % Count, When: images judged or hold points left behind, and when the last was
-    state/1,                            % words on where the session stands
-    under_way/1.                        % words on the next image: its name and settings
+    state/2,                            % words on where the session stands, and on its merit
+    under_way/2.                        % words on the next image: its name, and name and settings
 
 %!  begin_table(+Options, +Plan) is det.
 
@@ -49,7 +49,7 @@ begin_table(Options, Plan) :-
 
 end_table :-
     clear_below,
-    forall(member(Fact, [live(_), since(_, _), done(_, _), state(_), under_way(_)]), retractall(Fact)).
+    forall(member(Fact, [live(_), since(_, _), done(_, _), state(_, _), under_way(_, _)]), retractall(Fact)).
 
 %!  table_is_live is semidet.
 
@@ -186,12 +186,13 @@ note_action(choose(Settings), S) :-
     format(atom(Image), "i~d", [Next]),
     settings_cells(Device, Settings, Lights, Shutter, Aperture),
     left_part(Image, Lights, Shutter, Aperture, Words),
-    retractall(under_way(_)),
-    assertz(under_way(Words)).
+    format(string(Name), " ~w ", [Image]),
+    retractall(under_way(_, _)),
+    assertz(under_way(Name, Words)).
 note_action(Action, S) :-
     judged(Action),
     !,
-    retractall(under_way(_)),
+    retractall(under_way(_, _)),
     note_state(S).
 note_action(_, _).
 
@@ -215,9 +216,9 @@ note_state(S) :-
     ),
     ( done(Done, _) -> true ; retractall(done(_, _)), assertz(done(Done, Now)) ),
     maplist(merit_words, [Merit, Threshold], [Has, Wanted]),
-    format(string(State), "~w, merit ~w px (~w wanted)", [Place, Has, Wanted]),
-    retractall(state(_)),
-    assertz(state(State)).
+    format(string(Reached), "merit ~w px (~w wanted)", [Has, Wanted]),
+    retractall(state(_, _)),
+    assertz(state(Place, Reached)).
 
 %!  pulse(+Op, +Seconds) is det.
 %
@@ -228,13 +229,12 @@ pulse(Op, Seconds) :-
     !,
     ( since(_, _) -> true ; with_images(Op) -> begin_count ; true ),
     waiting_words(Op, Seconds, Waiting),
-    ( under_way(Image) -> true ; Image = " " ),
-    string_concat(Image, Waiting, Doing),
-    ( state(State) -> Parts = [State|Times] ; Parts = Times ),
+    ( under_way(Name, Image) -> true ; Name = " ", Image = " " ),
+    findall(Text, ( member(Before, [Image, Name, " "]), string_concat(Before, Waiting, Text) ), Doings),
     times(Times),
-    atomic_list_concat(Parts, ', ', Standing),
-    string_concat(" ", Standing, Line),
-    draw_below([Doing, Line]).
+    ( state(Place, Reached) -> Standings = [[Place, Reached|Times], [Place|Times], Times] ; Standings = [Times] ),
+    findall(Line, ( member(Parts, Standings), atomic_list_concat(Parts, ', ', Text), string_concat(" ", Text, Line) ), Lines),
+    draw_below([Doings, Lines]).
 pulse(_, _).
 
 %   What is done again when a session goes on takes no time, and tells nothing of what is to come.

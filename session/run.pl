@@ -24,6 +24,7 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(thinking, [apart_from_thought/1, note_thought/0, tell_thought/1, within_budget/4]).
 :- use_module(times, [forget_times/1, tell_times/3]).
 :- use_module(strategy_end, [ended_by/4]).
+:- use_module(named_actions, [check_chosen/1]).
 :- use_module(own_world, [check_own_sensing/1]).
 :- use_module(strategy_file, [check_control/1, check_includes/1]).
 :- use_module(usage, [usage_error/2]).
@@ -108,6 +109,7 @@ check_controller(Plan) :-
     load_theory(Plan.theory),
     check_control(Plan.controller_file),
     check_own_sensing(Plan.controller_file),
+    check_chosen(Plan.controller_file),
     check_theory,
     check_program(Plan.program).
 

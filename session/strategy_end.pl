@@ -8,6 +8,7 @@ An error that the interpreter met in a step is the strategy's: what a server doe
 
 :- use_module(display, [show/2]).
 :- use_module(ending_words, [error_text/2]).
+:- use_module(named_actions, [no_settings/2, refused_action/3]).
 :- use_module(strategy_file, [blocked/4, place_of/3]).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_holds/2]).
 :- use_module('../indigolog/tools/explain', [why/3]).
@@ -33,9 +34,13 @@ ended_by(error(golog(program_ended(failed, _, _)), _), Session, S, End),
 ended_by(Error, Session, S, End), Error = error(golog(program_ended(failed, Rest, _)), _), S \== none =>
     why(Rest, S, Whys),
     failed(Whys, Error, Session.plan.controller_file, S, End).
+ended_by(Error, Session, _, End), refused_action(Error, Session.plan.controller_file, Message) =>
+    End = failed(error(usage_error(Message), _)).
 ended_by(error(golog(silent(Most)), golog(at(Rest, _), _)), Session, _, End) =>
+    findall(Term, stands_at(Rest, Term), Terms),
+    place_of(Session.plan.controller_file, Terms, Place),
     wrong("~w: the strategy made ~D steps without an action, and stands at ~W; does one of its loops never end?",
-          [Session.plan.controller, Most, Rest, [quoted(true), max_depth(8)]], End).
+          [Place, Most, Rest, [quoted(true), max_depth(8)]], End).
 ended_by(error(resource_error(_), Stack), Session, _, End), is_dict(Stack) =>
     out_of_memory(Stack, Session.plan.controller_file, End).
 ended_by(error(usage_error(Message), _), _, _, End) =>
@@ -62,6 +67,12 @@ ended_by(Error, _, _, End) =>
 wrong(Format, Arguments, failed(error(usage_error(Message), _))) :-
     format(string(Message), Format, Arguments).
 
+failed(Whys, _, File, _, End) :-
+    member(impossible(choose(Chosen), _), Whys),
+    no_settings(Chosen, Words),
+    !,
+    place_of(File, [choose(Chosen), choose(_)], Place),
+    wrong("~w: ~s", [Place, Words], End).
 failed(Whys, _, File, S, End) :-
     member(impossible(Action, _), Whys),
     blocked(File, Action, S, Message),
@@ -72,6 +83,14 @@ failed(Whys, Error, File, _, End) :-
     place_of(File, Terms, Place),
     error_text(Error, Text),
     wrong("~w: ~w", [Place, Text], End).
+
+%   stands_at(+Rest, -Term): what the first step of Rest may be in a file, a procedure before all else: in it is the loop.
+stands_at(Rest, Term) :-
+    ( is_list(Rest) -> Steps = Rest ; Steps = [Rest] ),
+    (   member(Step, Steps), like(Step, Like), Term = proc(Like, _)
+    ;   member(Term, Steps)
+    ;   member(Step, Steps), like(Step, Term)
+    ).
 
 %   part_words(+Part, -Terms, -Words): of a part of the program; the first of Terms that is in a file is where it stands.
 part_words([Part|_], Terms, Words) :-

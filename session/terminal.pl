@@ -11,6 +11,7 @@ time that it is drawn.  It has no line that is as wide as the terminal, so that 
 */
 
 :- use_module(library(apply), [maplist/3]).
+:- use_module(library(lists), [last/2, member/2]).
 
 :- dynamic
     drawn/2.                            % Width, Lines: what stands below now
@@ -33,7 +34,8 @@ terminal_width(80).
 
 %!  draw_below(+Lines) is det.
 %
-%   Lines are atoms or strings; what does not fit is cut.  The same lines are not drawn twice.
+%   Each line is given in several lengths, the longest first: time goes on at its end, so that it is not cut where a
+%   shorter one fits.  The same lines are not drawn twice.
 
 draw_below(Lines) :-
     terminal_width(Width),
@@ -41,11 +43,20 @@ draw_below(Lines) :-
     ->  true
     ;   clear_below,
         Room is Width - 1,
-        maplist(cut(Room), Lines, Cut),
+        maplist(fitting(Room), Lines, Cut),
         atomic_list_concat(Cut, '\r\n', Text),
         write(user_error, Text),
         flush_output(user_error),
         assertz(drawn(Width, Lines))
+    ).
+
+fitting(Room, Texts, Text) :-
+    (   member(Text, Texts),
+        string_length(Text, Length),
+        Length =< Room
+    ->  true
+    ;   last(Texts, Shortest),
+        cut(Room, Shortest, Text)
     ).
 
 cut(Room, Line, Cut) :-

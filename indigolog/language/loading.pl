@@ -9,6 +9,7 @@
 :- use_module(library(error), [existence_error/2, must_be/2]).
 :- use_module(library(gensym), [gensym/2]).
 :- use_module(library(lists), [member/2]).
+:- use_module(library(memfile), [free_memory_file/1, new_memory_file/1, open_memory_file/4]).
 :- use_module(compiled, [compile_axioms/1]).
 :- use_module(published, []).
 :- use_module(theory).
@@ -127,18 +128,28 @@ older_axiom((causes(A, F, V, P) :- Body), (causes_val(A, F, V, P) :- Body)).
 older_axiom(senses(_), []).
 
 % SWI-Prolog loads a file without a header into one module only, so the file is
-% included into a source of its own, which lies in the same directory.
+% included into a source of its own, which lies in the same directory.  A file that is
+% included is read in the encoding of the stream that includes it, and open_string/2
+% knows no other than ISO Latin 1.
 load_file(Module, File) :-
     refuse_header(File),
     own_source(Module, File, Source),
-    format(string(Text), ':- include(~q).~n', [File]),
     setup_call_cleanup(
         ( '$style_check'(Style, Style),
           style_check(-discontiguous),
-          open_string(Text, Stream) ),
+          new_memory_file(Includer),
+          write_include(Includer, File),
+          open_memory_file(Includer, read, Stream, [encoding(utf8)]) ),
         load_files(Module:Source, [stream(Stream), silent(true)]),
         ( '$style_check'(_, Style),
-          close(Stream) )).
+          close(Stream),
+          free_memory_file(Includer) )).
+
+write_include(Includer, File) :-
+    setup_call_cleanup(
+        open_memory_file(Includer, write, Stream, [encoding(utf8)]),
+        format(Stream, ':- include(~q).~n', [File]),
+        close(Stream)).
 
 own_source(Module, File, Source) :-
     file_directory_name(File, Directory),
@@ -147,7 +158,7 @@ own_source(Module, File, Source) :-
 
 refuse_header(File) :-
     setup_call_cleanup(
-        open(File, read, In),
+        open(File, read, In, [encoding(utf8)]),
         catch(read(In, First), _, First = none),
         close(In)),
     (   nonvar(First),

@@ -125,6 +125,9 @@ internal_action(A, Theory) :-
 
 execute_action(Devices, Theory, A, Sensing) :-
     carried_out(Devices, Theory, A, Sensing0),
+    told_result(Sensing0, Theory, A, Sensing).
+
+told_result(Sensing0, Theory, A, Sensing) :-
     (   ground(Sensing0)
     ->  Sensing = Sensing0
     ;   sensing_action(Theory, A)
@@ -145,8 +148,8 @@ carried_out(devices(List, _, _), Theory, A, Sensing) :-
     ;   theory_module(Theory, Module),
         clause(Module:execute(_, _), _)
     ->  in_world(execute(A, _),
-                 (   drawn_apart(Module:execute(A, Sensing))
-                 ->  true
+                 (   drawn_apart(Module:execute(A, Sensing0))
+                 ->  told_result(Sensing0, Theory, A, Sensing)
                  ;   throw(error(golog(device_failed(theory, A)), _))
                  ))
     ;   ask_execute(A, Sensing)
@@ -204,10 +207,8 @@ look(devices(List, Events, Theory)) :-
     forall(member(device(Module, _, here), List), drawn_apart(poll(Module, Events))),
     theory_module(Theory, Own),
     (   clause(Own:exog_occurs(_), _),
-        in_world(exog_occurs(_), drawn_apart(Own:exog_occurs(A))),
-        nonvar(A)
-    ->  known_event(A),
-        thread_send_message(Events, event(A))
+        in_world(exog_occurs(_), drawn_apart(( Own:exog_occurs(A), nonvar(A), known_event(A) )))
+    ->  thread_send_message(Events, event(A))
     ;   true
     ).
 

@@ -54,7 +54,7 @@ run_on(Program, Options, Run, Theory, past(Seed, Entries, Mode, Follow), Last, O
         opened(Mode, Options, Theory, Run, File-Told, Devices, Journal),
         ( journal_write(Journal, begun(Program, Seed)),
           make_setting([ run(Run), devices(Devices), journal(Journal), on_action(OnAction), on_fact(OnFact),
-                         max(Max), max_wait(MaxWait), mode(Mode), follow(Follow) ], X),
+                         max(Max), max_wait(MaxWait), mode(Mode), follow(Follow), undeclared(told([])) ], X),
           first_turn(Program, S0, Entries, First),
           option(max_silent(Silent), Options, default),
           catch(with_patience(Silent,

@@ -14,13 +14,13 @@ that can execute it before the next turn.
 
 A turn is a record of the program and the situation, the number of steps, the count of actions
 so far and of steps since the last, and the entries of a journal that is followed.  The setting stays the same in a run; its mode
-is `live`, or `replay` where only a journal is followed.
+is `live`, or `replay` where only a journal is followed; `undeclared` is of warn_once/3.
 */
 
 :- use_module(library(apply), [foldl/4, maplist/2]).
 :- use_module(library(record)).
 :- use_module('../language/context', [top_context/1]).
-:- use_module('../language/notice', [progress_message/1]).
+:- use_module('../language/notice', [progress_message/1, warn_once/3]).
 :- use_module('../language/patience', [still_patient/3]).
 :- use_module('../language/progression', [progress/3]).
 :- use_module('../language/semantics', [final/3, step/4]).
@@ -34,7 +34,7 @@ is `live`, or `replay` where only a journal is followed.
 :- use_module(terminal, [ask_in/2]).
 
 :- record turn(program, situation, number=0, count=0, silent=0, entries=[]).
-:- record setting(run, devices, journal, on_action, on_fact, max, max_wait, mode, follow).
+:- record setting(run, devices, journal, on_action, on_fact, max, max_wait, mode, follow, undeclared).
 
 record_goal(Goal) :-
     functor(Goal, Name, Arity),
@@ -192,7 +192,9 @@ taken_in(X, A, T0, T) :-
     ->  progress(A, S0, S1),
         set_situation_of_turn(S1, T0, T),
         happened(exogenous(N, A), A, X, T)
-    ;   print_message(warning, golog(undeclared_event(A))),
+    ;   setting_undeclared(X, Told),
+        generalised(A, Like),
+        warn_once(Told, Like, golog(undeclared_event(A))),
         T = T0
     ).
 

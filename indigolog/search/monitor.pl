@@ -1,4 +1,6 @@
-:- module(indigolog_monitor, []).
+:- module(indigolog_monitor,
+          [ unplanned/4               % +Program, +Situation, +Context, -Left
+          ]).
 /** <module> Conditional plans, watched while they are executed
 
 A plan that is being executed is '$conditional'(Monitor, Plan), with the Monitor
@@ -116,6 +118,15 @@ done(searchc(E), S, C) :-
 done(achieve(Goal, _, _), S, _) :-
     \+ \+ holds_in(Goal, S).
 
+%!  unplanned(+Program, +Situation, +Context, -Left) is semidet.
+%
+%   Program is a plan under way that did not expect what has happened; Left is what there has to be another plan for.
+
+unplanned('$conditional'(monitored(Source, From, Own, Expected), Plan), S, C, Left) :-
+    \+ plan_expects(Expected, S),
+    \+ as_planned(Plan, Expected, S),
+    once(left(Source, From, Own, S, C, Left)).
+
 % left(+Source, +From, +Own, +Situation, +Context, -Source1): what is left to do in
 % Situation, the actions at the lengths Own having been done for it.
 left(achieve(Goal, Max, Options), _, _, _, _, achieve(Goal, Max, Options)).
@@ -133,7 +144,11 @@ follow([], _, _, _, _, E, E).
 follow([A|As], N, Own, S, C, E, E1) :-
     N1 is N+1,
     (   memberchk(N1, Own)
-    ->  done_for(E, S, C, A, E2, S2)
+    ->  (   A = failed(Tried, _)          % its step has been made, as outside of plans, and not its effects
+        ->  done_for(E, S, C, Tried, E2, _),
+            progress(A, S, S2)
+        ;   done_for(E, S, C, A, E2, S2)
+        )
     ;   E2 = E,
         progress(A, S, S2)
     ),

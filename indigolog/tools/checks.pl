@@ -103,6 +103,11 @@ theory_problem(Theory, Module, Kind, What, Ref) :-
     clause(Module:proc(Name, Body), _, Ref),
     bound_names(Body, Names),
     body_problem(Body, in(Name, Names), Theory, Kind, What).
+theory_problem(Theory, Module, warning, unknown_event(A), Ref) :-
+    clause(Module:exog_occurs(A0), _, Ref),
+    callable(A0),
+    generalised(A0, A),
+    \+ action_template(Theory, A, exog).
 theory_problem(_, Module, warning, no_poss(A), Ref) :-
     clause(Module:prim_action(A0), _, Ref),
     nonvar(A0),

@@ -14,6 +14,7 @@ A Why is one of
     no_axiom(Action)                % no precondition axiom
     stopped(Interrupt)              % waits for interrupts to run
     no_result(Action)               % a plan goes on with its sensing result
+    no_plan(Program, Event)         % a plan was not made for Event, and what is left of Program has none
     no_step(Program)                % anything else
     dead_end(Actions, Whys)         % a way that does not lead to the end
 
@@ -32,6 +33,7 @@ and is printed by explanations//1 of explanation_text.pl.
 :- use_module('../language/semantics').
 :- use_module('../language/situation').
 :- use_module('../language/theory').
+:- use_module('../search/monitor', [unplanned/4]).
 :- use_module('../search/memory', [new_memory/4, seen/4]).
 :- use_module(effort, [found_within/5]).
 :- use_module(why_false).
@@ -114,6 +116,9 @@ blocked([E|L], S, C, Why) =>
     *-> blocked(L, S, C, Why)
     ;   blocked(E, S, C, Why)
     ).
+blocked(E, S, C, Why), unplanned(E, S, C, Left) =>
+    last_action(S, Event),
+    Why = no_plan(Left, Event).
 blocked(E, S, C, Why), shown_as(E, E0) =>
     blocked(E0, S, C, Why).
 blocked(stop_interrupts, _, _, _) =>

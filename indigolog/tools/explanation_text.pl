@@ -4,7 +4,7 @@
           ]).
 /** <module> How the explanations of explain.pl read */
 
-:- use_module(library(apply), [maplist/3]).
+:- use_module(library(apply), [maplist/2, maplist/3]).
 :- use_module('../language/semantics', [shown_as/2]).
 
 :- multifile prolog:message//1.
@@ -57,23 +57,42 @@ below([Part|Parts], Depth) -->
     explanation(Part, Deeper),
     below(Parts, Depth).
 
+%   nameless(+Term, -Shown): a variable that has no value is shown as such; Prolog's name for it says nothing.
+nameless(Term, Shown) :-
+    copy_term(Term, Shown),
+    term_variables(Shown, Variables),
+    maplist(=('$VAR'('_')), Variables).
+
 said(false(P, Parts), Parts) -->
-    [ '~p is false'-[P] ].
+    { nameless(P, Shown) },
+    [ '~p is false'-[Shown] ].
 said(true(P, Parts), Parts) -->
-    [ '~p is true'-[P] ].
+    { nameless(P, Shown) },
+    [ '~p is true'-[Shown] ].
 said(value(F, unknown), []) -->
     !,
-    [ '~p has no known value'-[F] ].
+    { nameless(F, Shown) },
+    [ '~p has no known value'-[Shown] ].
 said(value(F, V), []) -->
-    [ '~p = ~p'-[F, V] ].
+    { nameless(F, Shown) },
+    [ '~p = ~W'-[Shown, V, [quoted(true), portray(true), numbervars(true), max_depth(12)]] ].
 said(impossible(A, Parts), Parts) -->
-    [ 'action ~p is not possible'-[A] ].
+    { nameless(A, Shown) },
+    [ 'action ~p is not possible'-[Shown] ],
+    (   { ground(A) }
+    ->  []
+    ;   [ ': a variable in it has no value, as nothing before it gives it one'-[] ]
+    ).
 said(undeclared(A), []) -->
     [ '~p is neither an action nor a procedure of the theory'-[A] ].
 said(not_an_instance(A), []) -->
     [ 'action ~p is not one of those that are declared'-[A] ].
 said(no_axiom(A), []) -->
     [ 'action ~p has no precondition axiom'-[A] ].
+said(no_plan(E, Event), []) -->
+    { shown_program(E, Shown) },
+    happened(Event),
+    [ ', which the plan did not expect, and from there none is found for ~p'-[Shown] ].
 said(no_step(E), []) -->
     { shown_program(E, Shown) },
     [ '~p has no step'-[Shown] ].
@@ -83,3 +102,11 @@ said(dead_end([], Parts), Parts) -->
     [ 'at once:'-[] ].
 said(dead_end([A|As], Parts), Parts) -->
     [ 'after ~p:'-[[A|As]] ].
+
+happened(failed(A, Reason)) -->
+    !,
+    [ '~p failed ('-[A] ],
+    '$messages':translate_message(error(Reason, _)),
+    [ ')'-[] ].
+happened(Event) -->
+    [ '~p happened'-[Event] ].

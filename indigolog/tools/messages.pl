@@ -139,8 +139,9 @@ error_text(unknown_entry(A)) -->
     [ '~p in a history is not an action of the theory'-[A] ],
     ( { callable(A) } -> hint(A) ; [] ).
 error_text(no_end(N)) -->
-    [ 'no end was found within ~D actions, which fill half of the stack; a limit (--max-actions, do/4)'-[N], nl,
-      'or search(E, [strategy(breadth)]) finds a shorter execution if there is one, swipl --stack-limit=4g a longer one'-[] ].
+    [ 'no end was found within ~D actions, which fill half of the stack; a loop as star(E) goes on before what'-[N], nl,
+      'follows it is tried: while(neg(P), E) in place of [star(E), ?(P)], a limit (--max-actions, do/4) or'-[], nl,
+      'search(E, [strategy(breadth)]) finds a shorter execution if there is one, swipl --stack-limit=4g a longer one'-[] ].
 error_text(no_clause(A)) -->
     { functor(A, Name, Arity) },
     [ 'no clause of the procedure ~q matches ~q'-[Name/Arity, A] ].
@@ -184,10 +185,11 @@ said(run_exists(Name), 'a run named ~q is going on already', [Name]).
 said(nothing_happened(Seconds), 'no exogenous action arrived within ~w s', [Seconds]).
 said(deadline(started, Seconds), 'the device did not start within ~w s', [Seconds]).
 said(deadline(A, Seconds), 'the device did not finish ~q within ~w s', [A, Seconds]).
+said(device_failed(theory, A), 'execute/2 of the theory failed for ~q', [A]) :- !.
 said(device_failed(D, A), 'device ~q failed to execute ~q', [D, A]).
 said(not_boolean_result(A, F, R), '~q sensed ~q, but ~q, which it senses, is true or false', [A, R, F]).
-said(nothing_sensed(A), 'the device gave no sensing result for ~q', [A]).
-said(open_result(A), 'the device gave a sensing result for ~q that has variables in it', [A]).
+said(nothing_sensed(A), 'no sensing result was given for ~q', [A]).
+said(open_result(A), 'the sensing result that was given for ~q has variables in it', [A]).
 said(open_event(A), 'the exogenous action ~p is not ground', [A]).
 said(no_events(D, nothing), 'device ~q: its exogenous/1 failed; with nothing to report it gives []', [D]).
 said(no_events(D, As), 'device ~q reports ~p: its exogenous/1 gives a list of ground actions', [D, As]).

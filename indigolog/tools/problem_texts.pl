@@ -61,6 +61,7 @@ said(undeclared_instance(In, F), In, 'fluent ~q is not one of those that are dec
 said(impossible_value(F, V), none, '~q is not among the initial values of ~q', [V, F]).
 said(two_values(F, V, First), none, 'fluent ~q is initially ~q: the value ~q given here does not count', [F, First, V]).
 said(exogenous_step(In, A), In, '~q is an exogenous action: as a step of a program it is never possible', [A]).
+said(unknown_event(A), none, 'exog_occurs tells of ~q, which is not a declared exogenous action: it is ignored', ['$pi'(A)]).
 said(no_commit(In), In, 'commit is not of this language: search does not prune what it may still need', []).
 said(idle_loop(In, E), In, 'the loop ~q makes no action: once begun, only an exogenous action can end it', [E]).
 said(empty_loop(In, E), In, 'the loop ~q has nothing to do: it ends at once, whatever its condition', [E]).
@@ -83,6 +84,7 @@ said(not_boolean(F, V), none, 'relational fluent ~q is given the value ~q, neith
 
 % What may have been meant by another name or number of arguments.
 meant(unknown_action(_, A), A).
+meant(unknown_event(A), A).
 meant(unknown_fluent(_, F), F).
 meant(unknown_call(_, Call), Call).
 meant(unknown_formula(_, P), P).

@@ -27,6 +27,13 @@ run(Program, Events, Sensed, Options) :-
     assertz(sensing(Sensed)),
     indigolog(Program, [check(false)|Options]).
 
+:- dynamic ignored/1.
+
+:- multifile user:message_hook/3.
+
+user:message_hook(golog(undeclared_event(A)), warning, _) :-
+    assertz(test_indigolog_border:ignored(A)).
+
 :- begin_tests(border_of_devices, [setup(load)]).
 
 test(reports, [forall(( member(Events, [nothing, [_], [numbered(_)], [bump|_], bump, fails]),
@@ -48,8 +55,15 @@ test(reported_by_a_thread, error(golog(open_event(numbered(_))))) :-
 
 test(exogenous_action_of_a_theory, [setup(load_text("prim_action(a). poss(a, true). exog_action(b(_)). exog_occurs(b(_)).
                                                      execute(_, _).")),
-                                    cleanup(load), error(golog(open_event(b(_))))]) :-
+                                    cleanup(load), error(golog(open_event(b(_))), golog(world(exog_occurs(_)), _))]) :-
     indigolog([a, a]).
+
+test(an_event_that_is_not_declared_is_said_once,
+     [ setup(load_text("prim_action(a). poss(a, true). exog_occurs(b(1)). exog_occurs(_) :- fail. execute(_, _).")),
+       cleanup(load), Ignored == [b(1)] ]) :-
+    retractall(test_indigolog_border:ignored(_)),
+    indigolog([a, a, a], [check(false)]),
+    findall(A, test_indigolog_border:ignored(A), Ignored).
 
 % A theory with a world of its own, beside devices that know nothing of it.
 own_world("prim_action(look). poss(look, true). fun_fluent(seen). senses(look, seen). exog_action(rang).
@@ -69,6 +83,14 @@ test(an_error_in_a_theory_s_own_world_tells_where,
      [setup(load_text("prim_action(look). poss(look, true). fun_fluent(seen). senses(look, seen).
                        execute(look, X) :- X is 1 / 0.")),
       cleanup(load), error(evaluation_error(zero_divisor), golog(world(execute(look, _)), _))]) :-
+    indigolog(look, [check(false), device(apart)]).
+
+test(a_world_that_tells_no_result_tells_where,
+     [ forall(member(Text-Error, ["_"-nothing_sensed(look), "f(_)"-open_result(look)])),
+       setup(( format(string(Theory), "prim_action(look). poss(look, true). fun_fluent(seen). senses(look, seen).
+                                       execute(look, ~s).", [Text]),
+               load_text(Theory) )),
+       cleanup(load), error(golog(Error), golog(world(execute(look, _)), _))]) :-
     indigolog(look, [check(false), device(apart)]).
 
 test(a_world_that_fails_tells_where,

@@ -151,4 +151,17 @@ said(Text, Part, Said) :-
     ;   Said = Text
     ).
 
+test(online_says_which_action_failed_and_why_there_is_no_plan,
+     [ setup(( tmp_file_stream(File, Stream, [encoding(utf8), extension(pl)]),
+               format(Stream, "prim_action(go). poss(go, true). rel_fluent(in). initially(in, false).~n", []),
+               format(Stream, "causes_true(go, in, true). exog_action(failed(_, _)). execute(go, _) :- fail.~n", []),
+               close(Stream) )),
+       cleanup(delete_file(File)),
+       Status-Output == 1-"0 actions.\n" ]) :-
+    run_on(File, ['searchc([go, ?(in)])', '--online'], "", Status, Output, Errors),
+    split_string(Errors, "\n", "", Lines),
+    append(_, [ "go failed: execute/2 of the theory failed for go", "the program failed",
+                "go failed (execute/2 of the theory failed for go), which the plan did not expect, and from there none is found for searchc(?(in))", "" ], Lines),
+    !.
+
 :- end_tests(command).

@@ -3,6 +3,7 @@
 :- use_module(library(apply), [exclude/3]).
 :- use_module(library(lists), [member/2, reverse/2]).
 :- use_module('../../indigolog/indigolog').
+:- use_module('../../indigolog/tools/explain', [why/3]).
 :- use_module(theory_text, [load_text/1]).
 
 /** <module> Conditional plans: what happens to them when the world does something else; options of achieve */
@@ -69,6 +70,22 @@ test(achieve_is_repaired, Actions-Outcome == [go(back), lose, fetch, deliver]-fi
 % Beside another program, whose actions are not its own.
 test(beside_another_program, Actions-Outcome == [feel(front), sing, go(front), deliver]-final) :-
     run(pconc([?(done(feel(front))), sing], searchc(errand)), [feel(front)-open], Actions, Outcome).
+
+% The step of an action that fails has been made, as it has outside of plans; what follows is planned again.
+door_theory("prim_action(go(_)). poss(go(_), true). rel_fluent(in). initially(in, false). causes_true(go(_), in, true).
+             exog_action(failed(_, _)). execute(go(1), _) :- fail. execute(go(2), _).").
+
+door(Program, History, Outcome, Rest, S) :-
+    indigolog(Program, [check(false), history(History), outcome(Outcome), rest(Rest), situation(S)]).
+
+test(an_action_that_fails, [setup(( door_theory(T), load_text(T) )), cleanup(load(errand)),
+                            Outcome-History == final-[go(2), failed(go(1), golog(device_failed(theory, go(1))))]]) :-
+    door(searchc([go(1), go(2)]), History, Outcome, _, _).
+
+test(after_which_there_is_no_plan, [setup(( door_theory(T), load_text(T) )), cleanup(load(errand)),
+        Outcome-Whys == failed-[no_plan(searchc(?(in)), failed(go(1), golog(device_failed(theory, go(1)))))]]) :-
+    door(searchc([go(1), ?(in)]), _, Outcome, Rest, S),
+    why(Rest, S, Whys).
 
 :- end_tests(conditional_monitoring).
 

@@ -24,6 +24,21 @@ text(Term, Text) :-
 
 :- begin_tests(explain, [setup(load(lights))]).
 
+test(a_variable_without_a_value_is_said, Text == "action at(_) is not possible: a variable in it has no value, as nothing before it gives it one
+  p(_,_) is false
+    lit(_) = false
+") :-
+    text(golog(why([impossible(at(_), [false(p(_, _), [value(lit(_), false)])])])), Text).
+
+test(a_loop_without_an_end_is_told_what_has_one) :-
+    once(phrase('$messages':translate_message(error(golog(no_end(4096)), _)), Lines)),
+    with_output_to(string(Text), print_message_lines(current_output, '', Lines)),
+    once(sub_string(Text, _, _, _, "while(neg(P), E) in place of [star(E), ?(P)]")).
+
+test(a_long_value_is_cut_short, Shown == "f = [1,2,3,4,5,6,7,8,9,10,11|...]\n") :-
+    numlist(1, 100, L),
+    text(golog(why([value(f, L)])), Shown).
+
 why(holds(counter > 3), [false(counter > 3, [value(counter, 0)])]).
 why(holds(counter < 3), []).
 why(holds(lit(a)), [false(lit(a), [])]).

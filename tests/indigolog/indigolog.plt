@@ -2,6 +2,7 @@
 :- use_module(library(plunit)).
 :- use_module(library(lists), [reverse/2, member/2]).
 :- use_module('../../indigolog/indigolog').
+:- use_module(theory_text).
 
 /** <module> Every construct of the language, the projection of fluents and the online executive */
 
@@ -79,6 +80,12 @@ test(unknown_action, error(golog(unknown_action(nothing)))) :-
 
 test(deterministic, true) :-
     do(inc_to(50), [], _).
+
+% Whatever the encoding of the terminal and of this file.
+test(theory_in_utf_8, H == ['gr\xf6\\xdf\er', 'sag \x6697\\x3044\']) :-
+    load_text("prim_action(gr\xf6\\xdf\er). poss(gr\xf6\\xdf\er, true). prim_action('sag \x6697\\x3044\'). poss('sag \x6697\\x3044\', true).
+               proc(both, ['sag \x6697\\x3044\', gr\xf6\\xdf\er])."),
+    call_cleanup(do(both, [], H), load).
 
 :- end_tests(constructs).
 

@@ -82,6 +82,45 @@ def test_what_only_a_running_strategy_knows_is_no_light_and_no_level(tmp_path: P
     assert "mine.pl:2: working(m): there is no light m" in message
 
 
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("[\n choose(s)]", "2: choose(s): s is no fluent, and nothing around it binds it"),
+        ("\n pi(s, choose(s))", "2: choose(s): pi binds it, and nothing before gives it a value"),
+        ("pi(s, [?(well_exposed(t)),\n choose(s)])", "2: choose(s): pi binds it, and nothing before"),
+        ("pi(S,\n choose(S))", "2: choose(_): pi binds it, and nothing before"),
+    ],
+)
+def test_settings_that_have_no_value_are_said_before_anything_is_done(
+    tmp_path: Path, body: str, words: str
+) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(f"proc(control, {body}).\n")
+    assert f"{file}:{words}" in refused("--controller", file, "--dry-run", by=served)
+
+
+def test_settings_that_something_gives_a_value_are_none_of_these(tmp_path: Path) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(
+        "fun_fluent(mine). initially(mine, settings([7, 7, 7], 1/60, 4.0)). proc(one(S), choose(S)).\n"
+        "proc(control, [choose(mine), pi(s, [?(well_exposed(s)), choose(s)]), pi((s, [mine]), choose(s)),\n"
+        "  for(k, [mine], choose(k)), pi(s, [?(s = mine), one(s)])]).\n"
+    )
+    assert served("--controller", file, "--dry-run").returncode == 0
+
+
+def test_a_parameter_that_the_vision_server_does_not_have_is_said_before_anything_is_done(
+    tmp_path: Path,
+) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text("proc(control, [choose_random,\n set_parameter(macher, genetic), take_image]).\n")
+    message = refused("--controller", file, "--dry-run", by=served)
+    assert f"{file}:2: there is no vision parameter macher; there are coarse, " in message
+    assert "Did you mean matcher?" in message
+    file.write_text("proc(control, pi((name, [matcher, fusion]), set_parameter(name, 7))).\n")
+    assert served("--controller", file, "--dry-run").returncode == 0
+
+
 def test_what_a_strategy_includes_is_its_own(tmp_path: Path) -> None:
     (tmp_path / "theirs.pl").write_text("proc(control, [first]).\nproc(first, choose_random).\n")
     file = tmp_path / "mine.pl"
@@ -102,6 +141,8 @@ def test_what_a_strategy_includes_is_its_own(tmp_path: Path) -> None:
         ("[choose_random,\n keep_image]", [":2: ", "no image to keep", "take_image"]),
         ("[choose_random, take_image,\n\n keep_image]", [":3: ", "before it is measured"]),
         ("[choose_random, take_image, take_image]", ["i1 is neither kept nor discarded"]),
+        ("pi(s, [if(false, ?(s = 1), []),\n choose(s)])", [":2: ", "choose is given no settings"]),
+        ("[if(true, [],\n []), pi((s, [7]), choose(s))]", [":2: ", "choose(7): that is no settings"]),
     ],
 )
 def test_what_is_not_possible_is_said_with_its_place(tmp_path: Path, body: str, words: list[str]) -> None:
@@ -117,11 +158,14 @@ def test_what_is_not_possible_is_said_with_its_place(tmp_path: Path, body: str, 
 @pytest.mark.parametrize(
     ("program", "words"),
     [
-        ("proc(control, while(true, ?(true))).", ["100,000 steps without an action", "while(true,?(true))"]),
+        (
+            "proc(control, while(true, ?(true))).",
+            ["mine.pl:1: ", "100,000 steps without an action", "while(true,?(true))"],
+        ),
         ("proc(control, while(true, choose_random)).", ["1000 actions and took no image"]),
         (
             "proc(control, loop(0)).\nproc(loop(N), [?(N >= 0), loop(M)]) :- integer(N), M is N + 1.",
-            ["100,000 steps without an action", "loop("],
+            ["mine.pl:2: ", "100,000 steps without an action", "loop("],
         ),
     ],
 )

@@ -37,6 +37,16 @@ def session(tmp_path: Path, step: str, helper: str, *options: str) -> tuple[Done
         ("?(p)", "p :- halt.", 2, ["the test p", "halt was called"]),
         ("?(p)", "p :- call(halt, 0).", 2, ["halt was called"]),
         ("?(taken > 7)", "", 2, ["taken>7 is false"]),
+        ("estimate([i7])", "", 2, ["estimate/1 is refused: No image i7"]),
+        ("predict(device, [], [i7])", "", 2, ["predict/3 is refused: No image i7"]),
+        ("set_parameter(matcher, 7)", "", 2,
+         ["set_parameter/2 is refused: Parameter matcher must be one of search, genetic, not 7."]),
+        ("[keep_image, capture('../evil', settings)]", "", 2, ["capture/2 is refused: ", "$.image"]),
+        ("look", "prim_action(look). poss(look, true). fun_fluent(c). senses(look, c).\nexecute(look, _).", 4,
+         ["execute(look,_)", "no sensing result was given for look"]),
+        ("[]", "exog_action(rang(_)). :- dynamic looks/1. looks(0).\n"
+         "exog_occurs(rang(_)) :- retract(looks(N)), M is N + 1, assertz(looks(M)), M > 4.", 4,
+         ["exog_occurs(_)", "is not ground"]),
         ("?(p(0))", "p(N) :- M is N + 1, p(M), N < 3.", 3, ["used up its memory", "p/1", "never end?"]),
     ],
 )  # fmt: skip
@@ -63,6 +73,20 @@ def test_a_hold_point_has_one_of_three_outcomes(tmp_path: Path) -> None:
     assert done.returncode == 2, done.stderr
     assert f"{file}:2: " in done.stderr
     assert "member(why(x),[fixed,reached,aborted]) is false" in done.stderr
+
+
+def test_words_in_utf_8_stay_what_they_are(tmp_path: Path) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(
+        "proc(control, [choose_reference, take_image, measure, drop_image(größer), choose_reference,\n"
+        " take_image, measure, drop_image('暗い')]).\n",
+        encoding="utf-8",
+    )
+    run = tmp_path / "run"
+    served("--controller", file, "--scenario", small(), "--out", run, "--no-report", "--quiet")
+    steps = json.loads((run / "result.json").read_text(encoding="utf-8"))["steps"]
+    assert [step["reason"] for step in steps] == ["größer", "暗い"]
+    assert "discard(i1,größer)" in (run / "history.pl").read_text(encoding="utf-8")
 
 
 def test_it_may_not_end_the_process_while_it_is_loaded(tmp_path: Path) -> None:

@@ -101,6 +101,23 @@ def test_a_session_is_a_table_with_what_is_done_now_below_it(
     assert not any(line.endswith(" left") or "waiting for" in line for line in stay)  # nothing of it stays
 
 
+def test_on_a_narrow_terminal_the_times_are_not_cut_off(
+    mock_vision_server: MockVisionServer, mock_image_server: MockImageServer, tmp_path: Path
+) -> None:
+    for op in ("capture", "estimate"):
+        mock_vision_server.delay(op, 1.3)
+    written = in_a_terminal(
+        60, "--vision-server", mock_vision_server.endpoint, "--image-server", mock_image_server.endpoint,
+        "--threshold", "0.000001", "--max-iterations", "2", "--no-report", "--out", tmp_path / "run",
+    )  # fmt: skip
+    below = shown(written)[1]
+    assert all(max(map(len, block)) < 60 for block in below)
+    waiting = [block[0].rstrip() for block in below if "waiting for" in block[0]]
+    assert any("waiting for the image, 1 s" in line for line in waiting)
+    assert all(re.search(r"\d s$", line) for line in waiting), waiting
+    assert all(re.search(r"\d s( left)?$", block[1]) for block in below), below
+
+
 def test_after_a_second_it_is_said_what_is_waited_for(tmp_path: Path) -> None:
     endpoint = f"ipc://{tmp_path / 'nobody'}"
     dry = start_controller("--image-server", endpoint, "--dry-run")  # waits as long, meanwhile
