@@ -24,6 +24,12 @@ METHODS = ("em", *MERGE_RULES)
 """Rules by which several images become one edge map."""
 SELECTABLE_KINDS = ("outline", "crease", "print", "shadow", "highlight")
 
+LEVELS_UNKNOWN = (
+    "how far each light was on could not be learnt from these images: creases, shadows and highlights are "
+    "easily taken for each other. Give --levels with a row for each image, as --levels '1,0,0;0,1,0;0,0,1' "
+    "for three images with a lamp of its own each."
+)
+
 
 def parse_levels(text: str | None, count: int) -> Floats | None:
     """Levels (images, lamps) of the lights from "L,L,…;L,L,…;…", as shares of the largest one.
@@ -56,7 +62,7 @@ def run(options: Namespace) -> None:
     from vision_server.channels.channel import channel_statistics
     from vision_server.channels.depth import Raw, is_deep, rounded
     from vision_server.channels.image_files import read_image_set
-    from vision_server.edges.kinds import different, edge_kinds
+    from vision_server.edges.kinds import UNKNOWN, different, edge_kinds
     from vision_server.edges.likelihoods import FIXED, KINDS
     from vision_server.edges.merging import merge_channels
     from vision_server.edges.moved import moved_since, sure_edgels
@@ -91,6 +97,8 @@ def run(options: Namespace) -> None:
         if len(different(channels)) > 1 or asked:
             kinds = edge_kinds(channels, levels)
             edges = kinds.of_kinds([KINDS.index(options.kind)] if options.kind else FIXED)
+            if asked and kinds.levels == UNKNOWN:
+                warn(LEVELS_UNKNOWN)
             write_kinds(kinds, options)
         else:
             edges = merge_channels(channels)

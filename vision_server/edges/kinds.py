@@ -64,6 +64,10 @@ LEAST_CLEAR_OF_MIDDLE = 0.83
 LEAST_SURE, SURE_RATIO = 0.01, 6.0
 
 
+TOLD, LEARNT, UNKNOWN = "told", "learnt", "unknown"
+"""Where the levels of the lights are from."""
+
+
 class EdgeKinds(NamedTuple):
     """The edgels of an image set with what kinds they are.
 
@@ -79,6 +83,9 @@ class EdgeKinds(NamedTuple):
         float64 (6,), how frequent the kinds are.
     used
         Numbers of the channels that they are told by: those that are not black, white or clipped.
+    levels
+        TOLD; LEARNT, all from the images; or UNKNOWN, of some lamps or of all: then creases, shadows and
+        highlights are easily taken for each other.
     """
 
     edges: EdgeMap
@@ -86,6 +93,7 @@ class EdgeKinds(NamedTuple):
     probability: Reals
     share: Reals
     used: tuple[int, ...]
+    levels: str
 
     def of_kinds(self, kinds: Sequence[int]) -> EdgeMap:
         """The edgels, as strong as they are likely to be of these kinds.
@@ -178,7 +186,7 @@ def kinds_of(
     sides = sides_of(edges)
     if len(edges) == 0:
         none = np.zeros((len(KINDS), 0)), np.full(len(KINDS), 1.0 / len(KINDS))
-        return EdgeKinds(edges, sides, *none, used)
+        return EdgeKinds(edges, sides, *none, used, UNKNOWN if levels is None else TOLD)
     background = background_of(edges, sides)
     lights = learnt_lights(sides) if levels is None else known_lights(levels)
     if levels is not None and lights is not None and lights.share is None:
@@ -192,7 +200,8 @@ def kinds_of(
         # what fades and is no contour, as it does not meet the ground, the merge was right to leave out
         left_out = np.flatnonzero((edges.mass == 0.0) & (background.met != ONE))
         probability[:, left_out] = np.eye(len(KINDS))[:, [NOISE]]
-    return EdgeKinds(edges, sides, probability, share, used)
+    found = LEARNT if lights is not None and lights.are_all else UNKNOWN
+    return EdgeKinds(edges, sides, probability, share, used, found if levels is None else TOLD)
 
 
 def _falling_of(sides: Sides, background: Background, lights: KnownLights | None) -> Falling:

@@ -37,7 +37,8 @@ def kinds_table(kinds: EdgeKinds) -> dict[str, NDArray[Any]]:
     Returns
     -------
     ``names`` of the K kinds; ``share`` (K,), how frequent they are; ``channels`` (C,), numbers of the images
-    that they are told by; and of N edgels in C channels: ``points``
+    that they are told by; ``levels``, whether those of the lights were told, learnt or unknown; and of N
+    edgels in C channels: ``points``
     (N, 2), x and y, px; ``axis_rad`` (N,), direction across the edge; ``place_sd_px`` (N,); ``kind`` (N,),
     number of the likeliest; ``probability`` (N, K); ``step`` (N, C), intensity ahead less behind, grey at
     reference exposure; ``significance`` (N, C), the step in standard deviations; ``speaks`` (N, C), which
@@ -50,6 +51,7 @@ def kinds_table(kinds: EdgeKinds) -> dict[str, NDArray[Any]]:
         "names": np.array(KINDS),
         "share": kinds.share.round(4),
         "channels": np.array(kinds.used),
+        "levels": np.array(kinds.levels),
         "points": edges.points.astype(np.float64).round(3),
         "axis_rad": edges.axis.astype(np.float64).round(4),
         "place_sd_px": place_sd(kinds).round(4),

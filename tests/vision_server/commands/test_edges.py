@@ -116,6 +116,26 @@ def test_the_kind_that_is_asked_for(images: list[Path], tmp_path: Path) -> None:
         np.testing.assert_array_equal(np.load(tmp_path / "m.npy"), expected)
 
 
+def test_levels_that_were_not_learnt_are_asked_for(images: list[Path], tmp_path: Path) -> None:
+    square = np.full((120, 160), 90.0)
+    square[30:90, 40:120] = 180.0
+    random = np.random.default_rng(0)
+    prints = []
+    for gain in (1.0, 0.8):  # no shadow ends in either
+        prints.append(tmp_path / f"{gain}.png")
+        cv2.imwrite(str(prints[-1]), np.clip(gain * square + random.normal(size=square.shape), 0, 255))
+    asked = ("--out", tmp_path / "e.png", "--json")
+    for pictures, levels, known in (
+        (prints, (), "unknown"),
+        (prints, ("--levels", "1;0.8"), "told"),
+        (images, (), "learnt"),
+    ):
+        done = edges(*pictures, *asked, *levels)
+        assert done.returncode == 0, done.stderr
+        assert json.loads(done.stdout)["levels"] == known
+        assert ("Give --levels" in done.stderr) == (known == "unknown")
+
+
 def test_levels_of_the_lights_tell_more(images: list[Path], tmp_path: Path) -> None:
     tables = []
     for levels in (

@@ -76,18 +76,29 @@ def test_prints_and_shadows_of_the_sun_teach_no_lamp() -> None:
     assert learnt_lights(prints) is None
 
 
-def test_lamps_that_are_on_in_one_image_each_need_no_level() -> None:
-    sides = ends([(0,), (1,), (2,)], 40)
-    assert (
-        learnt_lights(
-            sides.of(slice(None))._replace(near=sides.near[:3], noise=sides.noise[:3], known=sides.known[:3])
-        )
-        is None
-    )
-
-
 ALONE = np.eye(3)
 NO_LAMP_BY_ITSELF = [(0, 1), (1, 2), (0, 2), (3,)]
+PAIRS = np.array([[1.0, 0.0, 0.6], [0.4, 1.0, 0.0], [0.0, 0.3, 1.0]])
+
+
+def of_three(blocked: list[tuple[int, ...]], levels: np.ndarray) -> Sides:
+    """Forty ends of each, in three images of three lamps and the sun."""
+    return ends(blocked, 40, levels=levels)
+
+
+def test_lamps_that_are_on_in_one_image_each_are_learnt_with_the_sun_in_all() -> None:
+    for blocked in ([(0,), (1,), (2,)], [(0,), (1,), (2,), (0, 1)], [(0,), (2,)]):
+        found = learnt_lights(of_three(blocked, ALONE))
+        assert found is not None and found.are_all and found.share is None
+        np.testing.assert_array_equal(sorted_levels(found.on), ALONE)
+    assert learnt_lights(of_three([(0,)], ALONE)) is None
+
+
+def test_as_many_lamps_as_images_are_learnt_where_each_is_on_in_several() -> None:
+    found = learnt_lights(of_three([(0,), (1,), (2,)], PAIRS))
+    assert found is not None and found.are_all and found.share is None
+    np.testing.assert_allclose(sorted_levels(found.on), PAIRS, atol=0.05)
+    assert learnt_lights(of_three([(0,), (2,)], PAIRS)) is None
 
 
 def test_lamps_alone_and_all_together_are_learnt_without_shadows_of_one() -> None:
