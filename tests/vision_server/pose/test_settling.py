@@ -16,6 +16,7 @@ from vision_server.pose import profiles
 from vision_server.pose.courses import BLUR, COURSE_PRIOR_SHARE, Courses, courses_of
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.ranking import Refined, best_first
+from vision_server.pose.rivals import RivalPose
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.settling import (
     BLUR_PRECISION,
@@ -187,7 +188,7 @@ def test_the_last_step_is_no_advantage_over_rivals_that_have_not_taken_it(
     assert last is not None
     assert last.best.support.evidence > less.evidence + 5.0
     monkeypatch.setattr(pipeline, "best_first", lambda *_, **__: [refined])
-    monkeypatch.setattr(pipeline, "rivals_of", lambda *_: [(first.pose, less, 0.0)])
+    monkeypatch.setattr(pipeline, "rivals_of", lambda *_: [RivalPose(first.pose, less, 0.0)])
     pixels = photographed(linear_picture(model, CAMERA, POSE, GREYS), seed=0)
     assert pipeline.estimate_pose(one_image(pixels), ["i1"], model, CAMERA, POSE).ambiguity == 1.0
 
