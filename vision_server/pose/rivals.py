@@ -88,7 +88,7 @@ def rivals_of(
         if not any(better.ends_at(one.pose, ONE_RIVAL_WITHIN) for better in distinct):
             distinct.append(one)
     own = nats_against(beyond(best.pose))
-    turns = [best.pose.compose(turn) for turn in near_symmetries(best.problem.model)]
+    turns = _turns_of(best)
     out = [RivalPose(pose, support, TURNED_NATS - own, True) for pose, support in turned(best, searched)]
     out += [
         RivalPose(pose, support, nats_against(beyond(pose)) - own, True)
@@ -112,8 +112,12 @@ def turned(best: Refined, searched: Callable[[Pose], bool]) -> list[tuple[Pose, 
     leads to a pose that fits most lines; the others tell. Where no image shows these, turns explain as much
     but for what chance does, and the seed pose is believed by TURNED_NATS.
     """
-    poses = [best.pose.compose(turn) for turn in near_symmetries(best.problem.model)]
-    return list(_nearly_as_likely(best, [pose for pose in poses if not searched(pose)]))
+    return list(_nearly_as_likely(best, [pose for pose in _turns_of(best) if not searched(pose)]))
+
+
+def _turns_of(best: Refined) -> list[Pose]:
+    """A pose, turned onto each near symmetry of its target."""
+    return [best.pose.compose(turn) for turn in near_symmetries(best.problem.model)]
 
 
 def turned_round(best: Refined) -> list[tuple[Pose, PoseSupport]]:

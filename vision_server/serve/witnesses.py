@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from bridge.errors import BadInput
@@ -59,8 +59,8 @@ def disagreeing_images(
     """
     distinct = images.distinct(names)
     alone = {name: PoseProblem.at_scale(images.gradients([name]), model, camera) for name in distinct}
-    doubted = [name for name in distinct if _support(alone[name], pose) < MISSING]
-    if len(doubted) == len(distinct) or (better is not None and _all_show(alone.values(), better)):
+    doubted = _not_showing(alone, pose)
+    if len(doubted) in (0, len(distinct)) or (better is not None and not _not_showing(alone, better)):
         return []
     return [name for name in doubted if _is_elsewhere(images, name, alone[name], pose, settings)]
 
@@ -80,9 +80,9 @@ def _is_elsewhere(
     return False
 
 
-def _all_show(alone: Iterable[PoseProblem], pose: Pose) -> bool:
-    """Whether each of some images shows the target at a pose."""
-    return all(_support(problem, pose) >= MISSING for problem in alone)
+def _not_showing(alone: Mapping[str, PoseProblem], pose: Pose) -> list[str]:
+    """Those images that do not show the target at a pose."""
+    return [name for name, problem in alone.items() if _support(problem, pose) < MISSING]
 
 
 def _support(problem: PoseProblem, pose: Pose) -> float:
