@@ -18,6 +18,7 @@ from benchmarks.hard_scenes import KINDS
 from benchmarks.photographs import Photograph, Studio, image_set, stack_studio
 from experiments.kinds.estimate import normalised_error_squared
 from geometry.camera import Camera
+from geometry.deformed import deformed
 from geometry.model import Model, load_model
 from geometry.pose import disturbed
 from geometry.rotation import matrix_of
@@ -27,7 +28,6 @@ from image_server.simulator.simulator import Simulator
 from vision_server.judgement import Estimate
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose.other_hand import changed
 from vision_server.pose.stretch import stretched
 
 Row = dict[str, Any]
@@ -92,7 +92,7 @@ def models(model: Model, rng: np.random.Generator) -> Iterator[tuple[str, Model]
         change = matrix_of(math.pi * np.eye(3)[axis])
     else:
         change[axis, beside] = float(rng.choice(SHEARS))
-    yield kind, changed(model, change)
+    yield kind, deformed(model, change)
 
 
 def _other(model: Model, rng: np.random.Generator) -> Model:

@@ -7,6 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from geometry.deformed import change_of, deformed
 from geometry.mesh import simplified, surface_of_triangles
 from geometry.model import Model
 
@@ -20,10 +21,15 @@ SEARCHED_OFF = 1e-3
 def coarser(model: Model) -> Model:
     """A closed model of MANY_FACETS or more in fewer, SEARCHED_OFF of its diameter off; any other as it is.
 
-    Its vertices are some of the model's. Where these are on no sharp line, large facets make none.
+    Its vertices are some of the model's. Where these are on no sharp line, large facets make none. A
+    `deformed` model has the facets of what it was.
     """
     if len(model.triangles) < MANY_FACETS:
         return model
+    change = change_of(model)
+    if change is not None:
+        before = coarser(change.before)
+        return model if before is change.before else deformed(before, change.matrix, change.about)
     few = simplified(model.vertices, model.triangles, SEARCHED_OFF * model.diameter)
     if few is None:
         return model

@@ -11,7 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.camera import Camera
-from geometry.chains import arcs, chains
+from geometry.chains import Arcs, arcs, chains
+from geometry.deformed import change_of
 from geometry.errors import GeometryError
 from geometry.hidden_lines import trace
 from geometry.model import Model
@@ -58,19 +59,24 @@ class Samples(NamedTuple):
 @lru_cache(maxsize=8)
 def solid_of(model: Model) -> Solid:
     """Arrays of a model for `trace`; shared, not to be written to."""
-    found, vertices = arcs(model), np.ascontiguousarray(model.vertices, dtype=np.float64)
+    vertices, change = np.ascontiguousarray(model.vertices, dtype=np.float64), change_of(model)
+    if change is None:
+        found, chain = arcs(model), chains(model)
+    else:
+        before = solid_of(change.before)
+        found, chain = Arcs(before.leader, before.place, before.backwards), before.chain
     return Solid(
         vertices,
         np.ascontiguousarray(model.lines, dtype=np.int64),
         np.ascontiguousarray(model.line_faces, dtype=np.int64),
         np.ascontiguousarray(model.smooth, dtype=np.bool_),
-        chains(model),
+        chain,
         found.leader,
         found.place,
         found.backwards,
         tree_of(vertices, np.ascontiguousarray(model.triangles, dtype=np.int64), model.diameter),
         np.ascontiguousarray(model.triangle_face, dtype=np.int64),
-        np.array([model.vertices[face[0]] for face in model.faces]).reshape(-1, 3),
+        vertices[model.triangles[np.searchsorted(model.triangle_face, np.arange(len(model.faces))), 0]],
         np.ascontiguousarray(model.face_normals, dtype=np.float64),
         np.ascontiguousarray(model.two_sided, dtype=np.bool_),
         model.diameter,

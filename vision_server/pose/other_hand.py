@@ -13,9 +13,9 @@ from functools import lru_cache
 
 import numpy as np
 
+from geometry.deformed import deformed
 from geometry.model import Model
 from geometry.pose import RIGHT, Pose
-from geometry.surface import face_normals
 from numerics.arrays import Floats
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.ranking import COARSE_REACHES_PX, COARSENING, Refined, of_fewer_lines, refined
@@ -46,23 +46,12 @@ WAYS = tuple(np.diag(signs) for signs in np.array(
 ))  # fmt: skip
 
 
-def changed(model: Model, change: Floats) -> Model:
-    """The model with what is beside its middle multiplied by a matrix (3, 3)."""
-    vertices = model.middle + (model.vertices - model.middle) @ change.T
-    faces, triangles = model.faces, model.triangles
-    if np.linalg.det(change) < 0.0:
-        faces, triangles = tuple(face[::-1] for face in faces), triangles[:, ::-1]
-    return replace(
-        model, vertices=vertices, faces=faces, triangles=triangles, face_normals=face_normals(vertices, faces)
-    )
-
-
 @lru_cache(maxsize=4)
 def other_ways(model: Model) -> tuple[Model, ...]:
     """The model mirrored and turned by half about each axis, where that makes another one; each once."""
     out = [model]
     for way in WAYS:
-        other = changed(model, way)
+        other = deformed(model, way)
         if not any(_same(other, known) for known in out):
             out.append(other)
     return tuple(out[1:])

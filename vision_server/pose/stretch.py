@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from geometry.deformed import deformed
 from geometry.model import Model
 from geometry.pose import Pose
-from geometry.surface import face_normals
 from geometry.visibility import Samples
 from numerics.arrays import Floats
 from vision_server.pose.covariance import unknowns_of
@@ -74,8 +74,7 @@ def stretched(model: Model, strain: Floats) -> Model:
         and z, y and z lean towards each other.
     """
     value, axis = np.linalg.eigh(np.tensordot(strain, STRAINS[: len(strain)], 1))
-    vertices = model.middle + (model.vertices - model.middle) @ (axis * np.exp(value)) @ axis.T
-    return replace(model, vertices=vertices, face_normals=face_normals(vertices, model.faces))
+    return deformed(model, (axis * np.exp(value)) @ axis.T)
 
 
 def motion_of_strains(samples: Samples, jacobian: Floats, model: Model, pose: Pose) -> Floats:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from geometry.deformed import deformed
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA, POSE, SIZE_M, boxes, linear_picture, one_image, photographed
@@ -13,7 +14,7 @@ from vision_server.judgement import Estimate
 from vision_server.matching.search import match_near
 from vision_server.pipeline import estimate_pose
 from vision_server.pose import other_hand, ranking, rivals
-from vision_server.pose.other_hand import changed, other_ways
+from vision_server.pose.other_hand import other_ways
 from vision_server.pose.stretch import stretched
 from vision_server.pose.trust import confidence
 
@@ -48,7 +49,7 @@ def estimated(part: Model, model: Model) -> Estimate:
 def test_a_mirrored_model_whose_back_fits_is_not_believed(part: Model) -> None:
     assert estimated(part, part).score > 0.93
     for way in ([1.0, 1.0, -1.0], [1.0, -1.0, -1.0]):
-        found = estimated(part, changed(part, np.diag(way)))
+        found = estimated(part, deformed(part, np.diag(way)))
         assert found.score < 0.6
 
 
@@ -58,7 +59,7 @@ def test_a_model_whose_front_lies_where_the_part_has_its_plain_back_is_not_belie
 ) -> None:
     for module in (ranking, rivals):  # a turned rival alone says as much
         monkeypatch.setattr(module, "near_symmetries", lambda _: ())
-    found = estimated(changed(plate, np.diag(way)), plate)
+    found = estimated(deformed(plate, np.diag(way)), plate)
     assert found.support is not None
     assert found.misfit is not None
     assert found.uncertainty is not None
@@ -90,7 +91,7 @@ def test_the_other_way_is_found_at_the_pose_itself(part: Model, monkeypatch: pyt
     for module in (ranking, rivals):  # a turned rival alone says as much
         monkeypatch.setattr(module, "near_symmetries", lambda _: ())
     monkeypatch.setattr(pipeline, "match_near", lambda *args: [[] for _ in args[3]])
-    found = estimated(part, changed(part, np.diag([-1.0, 1.0, 1.0])))
+    found = estimated(part, deformed(part, np.diag([-1.0, 1.0, 1.0])))
     assert found.pose is not None
     assert found.misfit is not None
     assert found.pose.error_to(POSE).within(1.0, 0.01)
@@ -112,7 +113,7 @@ def test_another_way_that_matches_nearly_as_well_is_worth_a_look(
         monkeypatch.setattr(module, "near_symmetries", lambda _: ())
     monkeypatch.setattr(pipeline, "match_near", matched)
     monkeypatch.setattr(other_hand, "_is_likely_here", lambda *_: False)
-    found = estimated(changed(plate, np.diag([1.0, 1.0, -1.0])), plate)
+    found = estimated(deformed(plate, np.diag([1.0, 1.0, -1.0])), plate)
     assert found.misfit is not None
     assert (found.misfit.otherwise > 10.0) == looked_at
 
@@ -125,14 +126,14 @@ def test_a_mirror_that_changes_nothing_is_no_other_way(plate: Model, model: Mode
 
 def test_a_true_model_is_believed_from_its_plain_back(part: Model, model: Model) -> None:
     """The part as seen from behind is the cuboid alone: that it is not turned the seed pose alone tells."""
-    behind = changed(part, np.diag([1.0, 1.0, -1.0]))
+    behind = deformed(part, np.diag([1.0, 1.0, -1.0]))
     assert len(estimated(model, behind).lines) <= 9
     assert estimated(model, behind).score > 0.9
 
 
 def test_a_mirrored_model_is_a_body_whose_faces_look_outwards() -> None:
     model = load_model(find_target("fixture"))
-    mirrored = changed(model, np.diag([-1.0, 1.0, 1.0]))
+    mirrored = deformed(model, np.diag([-1.0, 1.0, 1.0]))
     corners = mirrored.vertices[mirrored.triangles]
     volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
     assert volume > 0.0
