@@ -184,7 +184,7 @@ class Tracker:
         """A pose that was followed is this frame's: the motion goes on from it."""
         assert self._motion is not None
         history = self._history
-        found, clear = firmest(found, self._sight, pixels, self._habits)
+        found, clear = firmest(found, self._sight, self._habits)
         innovation = self._innovation(found)
         believed, likely = self._is_believed(found, innovation), self._is_likely(found, innovation)
         if innovation.squared <= SURPRISING_CHI2:
@@ -255,7 +255,7 @@ class Tracker:
         clear, pose, covariance = True, estimate.pose, ERROR_OVER_SD**2 * estimate.covariance
         belief = acceptance.belief_in(estimate)
         if found is not None:
-            found, clear = firmest(found, self._sight, pixels, self._habits)
+            found, clear = firmest(found, self._sight, self._habits)
             pose, covariance, belief = found.pose, found.covariance, found.belief(self._rivals.ambiguity)
             clear = clear and turn_is_seen(found, self.model)
         self._motion = Motion.at_rest(pose, covariance, self.model.middle)
