@@ -10,6 +10,8 @@ where it was not; where none was sure for a while, whether any turn at all is se
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 import numpy as np
 
 from geometry.model import Model
@@ -66,21 +68,22 @@ class RoundTurns:
             if other is not None and other.evidence > found.evidence - CLEAR_NATS:
                 better = other.evidence > found.evidence + RIVAL_NATS and other.belief(0.0) >= HELD
                 return False, other if better else None
-        few = np.append(np.argsort(self._ahead)[:LIKELIEST_TURNS], frame % len(self._turns))
-        seen = self._are_less(found, few if ago == 1 else np.arange(len(self._turns)))
+        count = len(self._turns)
+        few = {*np.argsort(self._ahead)[:LIKELIEST_TURNS].tolist(), frame % count}
+        seen = self._are_less(found, few if ago == 1 else range(count))
         self._sure_at = frame if seen else self._sure_at
         return seen, None
 
-    def _are_less(self, found: Found, some: Floats) -> bool:
+    def _are_less(self, found: Found, some: Collection[int]) -> bool:
         """Whether each of some turns is supported less than a pose."""
         spacing_px = TURNED_COARSENING * found.softness.spacing_px
         own = support_at(found.problem, found.pose, spacing_px)
         if own is None:
             return False
-        for number in np.unique(some).tolist():
+        for number in some:
             other = support_at(found.problem, found.pose.compose(self._turns[number]), spacing_px)
             self._ahead[number] = np.inf if other is None else own.evidence - other.evidence
-        return bool(self._ahead[some].min() >= RIVAL_NATS)
+        return all(self._ahead[number] >= RIVAL_NATS for number in some)
 
     def _elsewhere(self, found: Found, habits: Habits) -> Found | None:
         """Of the poses at other turns, the one that a frame supports best."""
