@@ -31,8 +31,9 @@ def add_options(parser: ArgumentParser) -> None:
     )
     add_model_and_camera(parser)
     parser.add_argument(
-        "--pose", required=True, type=Path, metavar="TOML",
-        help="File with rotation_vector (rad) and translation (m), camera_T_target; in no table.",
+        "--pose", required=True, type=Path, metavar="FILE",
+        help="TOML with rotation_vector (rad) and translation (m), camera_T_target, in no table; "
+        "or one object of --json in a .json file.",
     )  # fmt: skip
     add_exposures(parser)
     add_colour(parser)
@@ -54,8 +55,10 @@ def run(options: Namespace) -> int:
 
 def _judged(options: Namespace) -> dict[str, Any]:
     from geometry.errors import GeometryError
+    from geometry.visibility import visible_samples
+    from vision_server.commands.no_pose import LOOKED_AT_PX
     from vision_server.pipeline import PipelineSettings
-    from vision_server.serve.inputs import read_camera_file, read_model, read_pose
+    from vision_server.serve.inputs import model_warning, read_camera_file, read_model, read_pose
     from vision_server.serve.results import judgement_result
     from vision_server.serve.witnesses import disagreeing_images
     from vision_server.tracking.referee import judged
@@ -63,6 +66,10 @@ def _judged(options: Namespace) -> dict[str, Any]:
     given = read_camera_file(options.camera)
     model = read_model(options.model, options.unit)
     pose = read_pose(options.pose, model)
+    if (doubt := model_warning(model, given.camera, pose)) is not None:
+        warn(doubt)
+    if len(visible_samples(model, given.camera, pose, LOOKED_AT_PX).line) == 0:
+        warn("from the pose no line of the model is in the frame.")
     images, files, tone_sd_px = read_set(options, given.camera, given.table)
     names = list(files)
     settings = PipelineSettings(

@@ -50,7 +50,8 @@ def add_options(parser: ArgumentParser) -> None:
     add_keys(parser)
     parser.add_argument(
         "--seed-pose", type=Path, metavar="TOML",
-        help="File with [target.seed_pose], where the target is at first; without it, anywhere.",
+        help="File with [target.seed_pose], or one object of --json (.json), where the target is at first; "
+        "without it, anywhere.",
     )  # fmt: skip
     parser.add_argument("--json", action="store_true", help="One JSON object a frame on stdout.")
     parser.add_argument(
@@ -102,7 +103,18 @@ def _tracked(options: Namespace) -> int:
     found = _followed(options, tracker, source)
     if source.warning:
         warn(source.warning)
+    if not found:
+        warn(_in_none(options, tracker.model.diameter))
     return 0 if found else EXIT_NO_POSE
+
+
+def _in_none(options: Namespace, diameter_m: float) -> str:
+    """What may help where the target was found in no frame."""
+    where = "" if options.seed_pose is None else " Leave out --seed-pose to look everywhere."
+    return (
+        f"the target was found in no frame. The model is {diameter_m:.3g} m across: check --unit, and fx and "
+        f"fy of the camera.{where} Of a single frame, estimate says more."
+    )
 
 
 def _check_source(options: Namespace, served: bool) -> None:

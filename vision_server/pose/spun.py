@@ -7,6 +7,7 @@ few pixels beside each line. So all turns are looked at, so close to each other 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from geometry.pose import Pose
 from geometry.turns import folds_about, round_axes, turned_about
 from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.support import CAP_PX, support_at
+from vision_server.pose.support import CAP_PX, PoseSupport, support_at
 
 SPIN_STEP_PX = 1.5 * CAP_PX  # of the farthest point between two turns: its edge is seen from one of both
 LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)
@@ -44,11 +45,8 @@ def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) 
         How far to turn, to either side.
     """
     out: list[Pose] = []
-    for axis, centre in round_axes(problem.model) if reach_rad > 0.0 else ():
-        step = _step(problem.model, axis, centre, pose, problem.camera.fx)
-        count = math.ceil(min(reach_rad, math.pi) / step)
-        turns = [turned_about(pose, axis, centre, step * k) for k in range(-count, count + 1)]
-        found = [support_at(problem, one, spacing_px) for one in turns]
+    for turns, found in _all_turns(problem, pose, spacing_px, reach_rad):
+        count = len(turns) // 2
         strength = np.array([0.0 if support is None else support.strength for support in found])
         peaks = _peaks(strength)
         clear = peaks[strength[peaks] >= max(strength[count], strength.max() - 2.0 * STRONGER) + STRONGER]
@@ -59,6 +57,32 @@ def spun(problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float) 
             most = sorted(_peaks(seen_px), key=lambda k: -seen_px[k])[:MOST_UNCLEAR_TURNS]
             out += [turns[k] for k in most if abs(k - count) > 1 and seen_px[k] > seen_px[count]]
     return out
+
+
+def all_around(
+    problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float, most: int
+) -> list[Pose]:
+    """About each axis of a nearly round model, the turns of a pose that most speaks for, however little.
+
+    Parameters as of `spun`; ``most`` turns about an axis, without those next to the pose.
+    """
+    out: list[Pose] = []
+    for turns, found in _all_turns(problem, pose, spacing_px, reach_rad):
+        nats = np.array([0.0 if support is None else support.evidence for support in found])
+        peaks = [k for k in _peaks(nats).tolist() if abs(k - len(turns) // 2) > 1]
+        out += [turns[k] for k in sorted(peaks, key=lambda k: -nats[k])[:most]]
+    return out
+
+
+def _all_turns(
+    problem: PoseProblem, pose: Pose, spacing_px: float, reach_rad: float
+) -> Iterator[tuple[list[Pose], list[PoseSupport | None]]]:
+    """About each axis, a pose turned by all steps within reach, itself in the middle, and their support."""
+    for axis, centre in round_axes(problem.model) if reach_rad > 0.0 else ():
+        step = _step(problem.model, axis, centre, pose, problem.camera.fx)
+        count = math.ceil(min(reach_rad, math.pi) / step)
+        turns = [turned_about(pose, axis, centre, step * k) for k in range(-count, count + 1)]
+        yield turns, [support_at(problem, one, spacing_px) for one in turns]
 
 
 def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[Floats, ...]:

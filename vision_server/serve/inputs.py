@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,8 +109,11 @@ def told_raw(table: Mapping[str, Any], bits: int | None = None) -> Raw:
 
 
 def read_seed_pose(path: Path, model: Model) -> Pose:
-    """The seed pose of a TOML file with ``[target.seed_pose]``, ``[seed_pose]`` or nothing but a pose."""
-    data: Any = read_toml(path, "seed pose")
+    """The seed pose of a TOML file with ``[target.seed_pose]``, ``[seed_pose]`` or nothing but a pose.
+
+    Of a JSON file as `read_pose`.
+    """
+    data: Any = _told_pose(path, "seed pose")
     for key in ("target", "seed_pose"):
         if isinstance(data, dict) and key in data:
             data = data[key]
@@ -125,17 +130,40 @@ def read_seed_pose(path: Path, model: Model) -> Pose:
 def read_pose(path: Path, model: Model) -> Pose:
     """The pose of a TOML file with ``rotation_vector`` and ``translation``, in no table.
 
+    Or that of one JSON object, as commands and sessions tell it, with ``pose`` or nothing but a pose.
+
     Raises
     ------
     BadInput
         It cannot be read, or is no pose of the model. A seed pose, as of a stack, is not taken for one.
     """
     try:
-        return checked_pose(Pose.from_dict(read_toml(path, "pose")), model)
+        return checked_pose(Pose.from_dict(_told_pose(path, "pose")), model)
     except GeometryError as error:
         raise BadInput(
             f"{path}: {error}.", "Give rotation_vector and translation at its top, in no [table]."
         ) from error
+
+
+def _told_pose(path: Path, what: str) -> dict[str, Any]:
+    """Plain values of a TOML file, or the pose of a JSON file; raises as `read_toml`."""
+    if path.suffix.lower() != ".json":
+        return read_toml(path, what)
+    try:
+        told = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise BadInput(f"There is no {what} {path}.", "Check the name.") from None
+    except OSError as error:
+        raise BadInput(f"Cannot read {what} {path}: {error.strerror or error}.", "Check the path.") from None
+    except (ValueError, RecursionError) as error:
+        raise BadInput(
+            f"{path} is not one JSON object: {error}.", "Give a single line of what track prints."
+        ) from None
+    if isinstance(told, dict) and "pose" in told:
+        told = told["pose"]
+    if not isinstance(told, dict):
+        raise BadInput(f"{path} tells no pose.", "Give an object with one; a lost target has none.")
+    return told
 
 
 def checked_tolerance(value: Any, model: Model, whose: str = "Parameter ") -> float:
@@ -199,13 +227,25 @@ def picture_px(model: Model, camera: Camera, seed_pose: Pose) -> float:
 def model_warning(model: Model, camera: Camera, seed_pose: Pose | None) -> str | None:
     """What to say of a model before it is looked for: of its size, and of what it does not tell."""
     size = _unit_warning(model) if seed_pose is None else size_warning(model, camera, seed_pose)
+    turn = None if seed_pose is None else _turn_warning(seed_pose)
     faces = None
     if not model.faces:
         faces = (
             "the model has no faces. None of its lines is taken for hidden, nor a wrong side told, and what "
             "lights will show is not foreseen."
         )
-    return " ".join(said for said in (size, faces) if said) or None
+    return " ".join(said for said in (size, turn, faces) if said) or None
+
+
+def _turn_warning(pose: Pose) -> str | None:
+    """What to say of a rotation that turns more than once: no program tells one so, but in degrees."""
+    length = float(np.linalg.norm(pose.rotation_vector))
+    if length <= 2.0 * math.pi:
+        return None
+    return (
+        f"the pose's rotation_vector is {length:.3g} rad long, more than a whole turn. Is it in degrees? "
+        "It is the axis times the angle in rad."
+    )
 
 
 def _unit_warning(model: Model) -> str | None:
@@ -223,8 +263,8 @@ def size_warning(model: Model, camera: Camera, seed_pose: Pose) -> str | None:
     share = picture_px(model, camera, seed_pose) / camera.width
     if SIZES_SEEN[0] <= share <= SIZES_SEEN[1]:
         return None
-    unit = "mm" if share > 1.0 else "m"
+    unit, range_m = "mm" if share > 1.0 else "m", float(np.linalg.norm(seed_pose.apply(model.middle[None])))
     return (
         f"the model is {model.diameter:.3g} m across and would be {share:.2g} times as wide as the frame "
-        f"from the seed pose. Check the model's unit (--unit {unit}?) and the seed pose's range."
+        f"from a pose {range_m:.3g} m away. Check the model's unit (--unit {unit}?) and the pose's, metres."
     )

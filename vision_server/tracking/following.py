@@ -174,6 +174,19 @@ def likeliest(found: Sequence[Found], expected: Motion, middle: Floats) -> Found
     return max(found, key=nats)
 
 
+def looked_again(
+    found: Found, start: Pose, habits: Habits, back: tuple[float, float] | None = None
+) -> Found | None:
+    """What the frame of a pose makes of another start near it, with lines as soft; None as in `near`.
+
+    None, too, where the first step leads ``back``: to within so many degrees and share of the range.
+    """
+    first = refine(found.problem, start, NEAR_REACHES_PX, found.softness.spacing_px)
+    if first is None or (back is not None and first.pose.error_to(found.pose).within(*back)):
+        return None
+    return on_lines(found.problem, first.pose, found.softness, habits)
+
+
 def turned_about(pose: Pose, middle: Floats, turn: Floats) -> Pose:
     """A pose turned by a rotation vector of the camera's frame about the target's middle (3,), m."""
     matrix = matrix_of(turn) @ pose.matrix

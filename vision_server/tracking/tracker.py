@@ -50,7 +50,7 @@ from vision_server.tracking.history import History
 from vision_server.tracking.motion import Innovation, Motion
 from vision_server.tracking.narrow import firmest
 from vision_server.tracking.rivals import Rivals
-from vision_server.tracking.round_parts import turn_is_seen
+from vision_server.tracking.round_parts import RoundTurns, turn_is_seen
 from vision_server.tracking.searching import Searches
 from vision_server.tracking.strain import Strain
 from vision_server.tracking.tracked import State, Tracked
@@ -98,7 +98,7 @@ class Tracker:
         self._searches = Searches(self._sight, settings, self._history, self._usual)
         self._motion: Motion | None = None
         self._habits, self._turning = Habits.of(model, edge_radius_m), Turning(model)
-        self._rivals, self._strain = Rivals(), Strain()
+        self._rivals, self._strain, self._round = Rivals(), Strain(), RoundTurns(model)
         self._clock, self._frame = Clock(), -1
 
     def step(self, pixels: Pixels, time_s: float | None = None) -> Tracked:
@@ -184,7 +184,7 @@ class Tracker:
         """A pose that was followed is this frame's: the motion goes on from it."""
         assert self._motion is not None
         history = self._history
-        found, clear = firmest(found, self._sight, pixels, self._habits)
+        found, clear = firmest(found, self._sight, self._habits)
         innovation = self._innovation(found)
         believed, likely = self._is_believed(found, innovation), self._is_likely(found, innovation)
         if innovation.squared <= SURPRISING_CHI2:
@@ -195,6 +195,10 @@ class Tracker:
         steady = believed and (history.believed or self._usual.is_other)
         steady = steady and acceptance.is_sure(found, self._rivals, stays)
         steady = steady and not self._strain.asked(found.is_strained)
+        firm = steady and clear
+        seen, better = self._round.asked(found, self._habits, self._frame) if firm else (False, None)
+        if better is not None:
+            return self._turned(better)
         history.told(found.pose, believed)
         if believed:
             self._usual.believed(found.quality, acceptance.whole_lines(found.support) if steady else None)
@@ -206,9 +210,18 @@ class Tracker:
         lines = found.fit.observation.samples.line
         soft = found.softness.kept(self.model, self.camera, found.pose, lines, history.softness)
         history.softness = soft if steady else None
-        state: State = "sure" if steady and clear and turn_is_seen(found, self.model) else "unsure"
+        state: State = "sure" if firm and seen else "unsure"
         covariance = acceptance.told_covariance(found.covariance, found.belief(self._rivals.ambiguity))
         return state, found.pose, covariance, found.support.shares
+
+    def _turned(self, better: Found) -> Seen:
+        """A pose that is turned about an axis of a round part is this frame's: it is followed, not surely."""
+        self._motion = Motion.at_rest(better.pose, better.covariance, self.model.middle)
+        self._usual.forget_doubts()
+        self._history.told(better.pose, believed=False)
+        self._history.softness = None
+        covariance = acceptance.told_covariance(better.covariance, better.belief(self._rivals.ambiguity))
+        return "unsure", better.pose, covariance, better.support.shares
 
     def _searched(self, pixels: Pixels, followed: Found | None) -> Seen:
         """What a search makes of a frame.
@@ -255,7 +268,7 @@ class Tracker:
         clear, pose, covariance = True, estimate.pose, ERROR_OVER_SD**2 * estimate.covariance
         belief = acceptance.belief_in(estimate)
         if found is not None:
-            found, clear = firmest(found, self._sight, pixels, self._habits)
+            found, clear = firmest(found, self._sight, self._habits)
             pose, covariance, belief = found.pose, found.covariance, found.belief(self._rivals.ambiguity)
             clear = clear and turn_is_seen(found, self.model)
         self._motion = Motion.at_rest(pose, covariance, self.model.middle)

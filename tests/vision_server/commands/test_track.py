@@ -87,6 +87,71 @@ def test_image_files_have_the_times_of_the_rate_that_is_told(folder: Path) -> No
     assert [json.loads(line)["time"] for line in done.stdout.splitlines()] == [0.0, 0.1, 0.2, 0.3, 0.4]
 
 
+def test_what_track_tells_of_a_frame_is_a_pose_to_check_and_to_start_from(
+    folder: Path, tmp_path: Path
+) -> None:
+    first, line = str(folder / "frames" / "000.png"), tmp_path / "line.json"
+    words = [first, "--json", "--seed-pose"]
+    told = command("vision_server", "track", *of(folder, *words, str(folder / "right.toml")))
+    line.write_text(told.stdout)
+    done = command("vision_server", "check", *of(folder, first, "--pose", str(line)))
+    assert (done.returncode, done.stderr) == (0, "")
+    again = command("vision_server", "track", *of(folder, *words, str(line)))
+    pose = Pose.from_dict(json.loads(told.stdout)["pose"])
+    assert Pose.from_dict(json.loads(again.stdout)["pose"]).error_to(pose).within(0.1, 0.001)
+
+
+@pytest.mark.parametrize(
+    ("told", "said"),
+    [
+        ('{"frame": 1, "state": "lost", "pose": null}', "tells no pose"),
+        ('{"pose": 1}\n{"pose": 2}', "is not one JSON object"),
+        ("[1, 2]", "tells no pose"),
+        ('{"pose": {"translation": [0, 0, 1]}}', "no rotation_vector"),
+        ('{"pose": {"rotation_vector": [NaN, 0, 0], "translation": [0, 0, 1]}}', "must be finite"),
+    ],
+)
+def test_a_json_file_without_a_pose_is_refused_plainly(
+    folder: Path, tmp_path: Path, told: str, said: str
+) -> None:
+    file = tmp_path / "told.json"
+    file.write_text(told)
+    done = command(
+        "vision_server", "check", *of(folder, str(folder / "frames" / "000.png"), "--pose", str(file))
+    )
+    assert done.returncode == 2
+    assert said in done.stderr and str(file) in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("pose", "said"),
+    [
+        (Pose(np.degrees(POSE.rotation_vector), POSE.translation), "Is it in degrees?"),
+        (Pose(POSE.rotation_vector, 1e3 * POSE.translation), "the pose's, metres"),
+        (Pose(POSE.rotation_vector, np.array([50.0, 0.0, 1.0])), "no line of the model is in the frame"),
+    ],
+)
+def test_of_degrees_millimetres_and_a_pose_aside_it_is_said_what_is_wrong(
+    folder: Path, tmp_path: Path, pose: Pose, said: str
+) -> None:
+    write_pose(tmp_path / "pose.toml", pose)
+    image = str(folder / "frames" / "000.png")
+    done = command("vision_server", "check", *of(folder, image, "--pose", str(tmp_path / "pose.toml")))
+    assert done.returncode == 3
+    assert said in done.stderr
+
+
+def test_where_a_target_is_in_no_frame_it_is_said_what_may_help(folder: Path, tmp_path: Path) -> None:
+    black = tmp_path / "black.png"
+    cv2.imwrite(str(black), np.zeros((CAMERA.height, CAMERA.width), np.uint8))
+    done = command(
+        "vision_server", "track", *of(folder, str(black), "--seed-pose", str(folder / "right.toml"))
+    )
+    assert done.returncode == 3
+    assert "found in no frame" in done.stderr and "Leave out --seed-pose" in done.stderr
+    assert "Leave out" not in command("vision_server", "track", *of(folder, str(black))).stderr
+
+
 def test_a_video_that_was_cut_off_is_said(folder: Path, tmp_path: Path) -> None:
     # What a library writes by itself would be on standard error, too.
     content = (folder / "film.avi").read_bytes()

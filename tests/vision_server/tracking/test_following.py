@@ -12,7 +12,7 @@ from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.films import filmed
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import Found, Sight, likeliest
+from vision_server.tracking.following import Found, Sight, likeliest, looked_again, turned_about
 from vision_server.tracking.frame import Tone
 from vision_server.tracking.motion import Motion
 
@@ -57,3 +57,16 @@ def test_lines_tell_what_the_motion_leaves_open(model: Model) -> None:
     ]
     assert surprises[0] < surprises[1]
     assert likeliest([other, right], expected, model.middle) is right
+
+
+def test_a_look_aside_ends_where_one_from_nothing_does_and_is_dropped_if_it_comes_back(
+    model: Model,
+) -> None:
+    right, habits, frame = seen(model), Habits.of(model), next(filmed(model, [POSE]))
+    start = turned_about(right.pose, model.middle, np.radians([0.0, 3.0, 0.0]))
+    anew = Sight(model, CAMERA, Tone.of(1.0, 0.01)).near(frame, start, habits)
+    again = looked_again(right, start, habits)
+    assert anew is not None and again is not None
+    assert again.pose.error_to(anew.pose).within(0.1, 0.001)
+    assert looked_again(right, start, habits, back=(0.5, 0.004)) is None
+    assert looked_again(right, start, habits, back=(1e-6, 1e-9)) is not None

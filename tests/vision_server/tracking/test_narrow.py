@@ -41,7 +41,7 @@ def looked_at(model: Model, pose: Pose, greys: list[float], start: Pose) -> tupl
     pixels = photographed(linear_picture(model, CAMERA, pose, greys), 0.8, seed=1)
     found = sight.near(pixels, start, habits)
     assert found is not None
-    return found, *firmest(found, sight, pixels, habits)
+    return found, *firmest(found, sight, habits)
 
 
 def plain_narrow_px2(model: Model, camera: Camera, pose: Pose) -> Floats:
@@ -97,7 +97,7 @@ def test_the_pose_that_such_an_outline_is_beside_is_found() -> None:
     found = sight.near(shown.pixels, start, habits)
     assert found is not None
     assert not found.pose.error_to(shown.pose).within(3.0, 0.02)
-    better, clear = firmest(found, sight, shown.pixels, habits)
+    better, clear = firmest(found, sight, habits)
     assert better.pose.error_to(shown.pose).within(0.3, 0.003)
     assert clear
 
