@@ -20,7 +20,7 @@ from vision_server.edges.scatter import SURFACE_SD
 from vision_server.edges.sides import Sides
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds --alone 4`.
-BLOCKED = np.float32(0.3)  # share of the lamps that are blocked where one is
+BLOCKED = np.float32(0.1)  # share of the lamps that are blocked where one is
 CURVED = np.float32(0.02)  # share of the others that are not quite alike, as the surface is curved
 NEVER = np.float32(-80.0)  # the logarithm of how likely
 ON_BY_ONE = np.float32(0.2)  # step, as a share of the largest, from which on a lamp is blocked

@@ -110,8 +110,6 @@ def _of_block(
     if sides.sharpness is not None:  # a slope: 1 where it is even
         even = np.clip((SHARP - sides.sharpness) / (SHARP - 1.0), 0.0, 1.0)
         found[[CREASE, PRINT]] -= np.float32(RARER_SLOPE) * even
-        if lights is not None and lights.are_all:
-            found[HIGHLIGHT] += np.float32(RARER_HIGHLIGHT) * even
     if background.wall is not None:
         logs, noise = logarithms(sides)
         beside = logs - np.log(background.wall + sides.dark)[:, None]
