@@ -188,7 +188,8 @@ def kinds_of(
         none = np.zeros((len(KINDS), 0)), np.full(len(KINDS), 1.0 / len(KINDS))
         return EdgeKinds(edges, sides, *none, used, UNKNOWN if levels is None else TOLD)
     background = background_of(edges, sides)
-    lights = learnt_lights(sides) if levels is None else known_lights(levels)
+    is_wall = background.wall is not None
+    lights = learnt_lights(sides, is_wall) if levels is None else known_lights(levels)
     if levels is not None and lights is not None and lights.share is None:
         lights = lamps_in_the_dark(levels, sides) or lights
     falling = _falling_of(sides, background, lights)

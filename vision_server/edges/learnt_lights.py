@@ -51,8 +51,11 @@ class Cluster(NamedTuple):
     steps: int
 
 
-def learnt_lights(sides: Sides) -> KnownLights | None:
+def learnt_lights(sides: Sides, before_wall: bool = False) -> KnownLights | None:
     """The lamps that N edgels in C channels tell of, and the sun; None without any.
+
+    Lamps that are alone beside the sun are not asked for before a lit wall: shadows on it show them, too,
+    where the bodies before it are curved, of which the shading would be taken for creases then.
 
     They are all if there are as many as channels, each is on in others, and none gives less than nothing:
     which is so sure that smaller clusters may be lamps then. So they are where each is alone in an image,
@@ -63,7 +66,7 @@ def learnt_lights(sides: Sides) -> KnownLights | None:
     some = sides.of(slice(None, None, SAMPLE_STEP))
     lights = _that_explain(_of_one_light(clusters, 2, images // 2), some) or _alone_and_together(some)
     lights = lights or lamps_in_the_dark(np.eye(images), sides)
-    if lights is None and images >= FEWEST_ALONE and lamps_are_alone(sides):
+    if lights is None and not before_wall and images >= FEWEST_ALONE and lamps_are_alone(sides):
         lights = known_lights(np.eye(images))
     lights = lights or _as_many_as_images(sides)
     if lights is not None:

@@ -255,7 +255,7 @@ def test_what_is_no_steeper_than_the_slope_between_its_sides_is_hardly_a_crease_
 def test_what_is_no_outline_is_told_less_surely_where_levels_are_unknown(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("vision_server.edges.kinds.learnt_lights", lambda sides: None)
+    monkeypatch.setattr("vision_server.edges.kinds.learnt_lights", lambda sides, before_wall: None)
     found = edge_kinds(channels())
     monkeypatch.setattr("vision_server.edges.kinds.LESS_SURE", 1.0)
     surer = edge_kinds(channels())
