@@ -19,7 +19,7 @@ def ends(blocked: list[tuple[int, ...]], each: int, seed: int = 0, levels: np.nd
     pairs = []
     for missing in blocked:
         for _ in range(each):
-            left = random.uniform(40.0, 90.0, lights.shape[1])
+            left = np.asarray(random.uniform(40.0, 90.0, (lights.shape[1],)))
             right = left.copy()
             right[list(missing)] = 0.0
             pairs.append((left, right) if random.random() < 0.5 else (right, left))
