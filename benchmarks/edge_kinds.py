@@ -1,22 +1,25 @@
 """Kinds of edges against the simulator's truth: precision-recall of each, and what is taken for what.
 
-    .venv/bin/python -m benchmarks.edge_kinds [--parts 3] [--seeds 2] [--first 0] [--levels]
+    .venv/bin/python -m benchmarks.edge_kinds [--parts 3] [--seeds 2] [--first 0] [--levels] [--alone 0]
         [--picture OUT.png]
 
-Three lights, one at a time and all together, and a sun that is always there; targets of the project, and
-parts drawn at random. True outlines, creases and shadow edges come from the ray tracer's faces and distances
-and from what each light alone reaches; only what steps by STEP_GREY in some image counts.
+Three lights, one at a time and all together, and a sun that is always there; or N lamps on a ring, each alone
+beside it; targets of the project, and parts drawn at random. True outlines, creases and ends of shadows are
+by the ray tracer's faces and distances and by what each light alone reaches; only what steps by STEP_GREY in
+some image counts.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 import cv2
+import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
@@ -27,9 +30,10 @@ from geometry.surface import Surface
 from image_server.simulator.material import load_appearance
 from image_server.simulator.rays import NOTHING, Caster, pixel_rays
 from image_server.simulator.scenario import load_scenario
+from image_server.simulator.scenario_tables import Light, Scenario
 from image_server.simulator.scene import joined, target_part
 from image_server.simulator.simulator import Simulator
-from numerics.arrays import Flags, Floats, Grey
+from numerics.arrays import Field, Flags, Floats, Grey
 from stack.exposure import relative_exposure
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.kinds import EdgeKinds, edge_kinds
@@ -42,13 +46,13 @@ Places = tuple[slice, slice]
 TARGETS = ("cube", "fixture", "satellite")
 PICTURED = "fixture"
 LEVELS = ((7, 0, 0), (0, 7, 0), (0, 0, 7), (4, 4, 4))
+FULL, RING_M = 7, 0.35  # of lamps that are alone: their level, and how far they are from the camera
 SHUTTER_S, APERTURE = 1 / 60, 4.0
 PART_LINES = 60
 JUMP = 0.004  # of the distance, from what the face's plane has at the next pixel: another surface
 FLAT = 0.999  # cosine between the normals of faces that are one
 STEP_GREY = 10.0  # between the extremes of 3 x 3 px, without noise: less is hardly seen
 UNLIT = 1e-6  # radiance that no lit surface has
-SUN_STEP = 3.0  # ratio between sunlit and not, on one face
 TOLERANCE_PX = 2.0
 APART_PX = 4.0  # edges of two kinds nearer to each other say nothing of confusion
 JUDGED = (OUTLINE, CREASE, SHADOW)
@@ -72,8 +76,8 @@ def between(differs: Flags, down: Flags) -> Flags:
     return out
 
 
-def truth_of(simulator: Simulator) -> Truth:
-    """True edges of the scene, from faces, distances, and the images of each light alone."""
+def truth_of(simulator: Simulator, sun: Field) -> Truth:
+    """True edges of the scene, from faces, distances, and the images of each lamp and of the sun alone."""
     camera, model = simulator.camera, simulator.model
     scenario = load_scenario("nominal")
     appearance = load_appearance(simulator.model_file, len(model.faces))
@@ -86,7 +90,7 @@ def truth_of(simulator: Simulator) -> Truth:
     face = np.where(hit, scene.face[triangle], -1).reshape(shape)
     normal = np.where(hit[:, None], scene.normals[triangle], 0.0).reshape(*shape, 3)
     point = np.where(hit[:, None], rays * distance[:, None], 0.0).reshape(*shape, 3)
-    basis = [np.asarray(image, np.float64) for image in simulator.basis()]
+    alone = [*simulator.basis()[:-1], sun]
 
     def compared(here: Places, there: Places) -> tuple[Flags, Flags, Flags]:
         empty = (face[here] < 0) | (face[there] < 0)
@@ -97,10 +101,8 @@ def truth_of(simulator: Simulator) -> Truth:
         )
         outline = other & (empty | (gap > JUMP))
         shadow = np.zeros_like(other)
-        for light in basis[:-1]:
+        for light in alone:
             shadow |= (light[here] > UNLIT) != (light[there] > UNLIT)
-        darker, brighter = (f(basis[-1][here], basis[-1][there]) for f in (np.minimum, np.maximum))
-        shadow |= brighter > SUN_STEP * darker
         return outline, other & ~outline & ~flat, shadow & ~outline & (flat | ~other)
 
     whole, first, last = slice(None), slice(None, -1), slice(1, None)
@@ -126,25 +128,51 @@ class Scene(NamedTuple):
     truth: Truth
 
 
-def simulated(name: str, target: str | Path, seed: int) -> Scene:
-    """Each light alone and all together."""
-    simulator = Simulator(target, "nominal", seed)
+def lamps_alone(count: int) -> Scenario:
+    """The nominal scenario with lamps on a ring around the camera."""
+    angles = 2.0 * np.pi * np.arange(count) / count
+    lights = tuple(
+        Light(name=f"lamp {number}", position=(RING_M * math.cos(angle), RING_M * math.sin(angle), 0.0))
+        for number, angle in enumerate(angles.tolist())
+    )
+    return msgspec.structs.replace(load_scenario("nominal"), lights=lights)
+
+
+def sun_alone(target: str | Path, scenario: Scenario, seed: int) -> Field:
+    """Radiance (H, W) of a scene by its sun, without what the Earth sends back."""
+    sun = msgspec.structs.replace(scenario.sun, earthshine=0.0)
+    alone = msgspec.structs.replace(scenario, sun=sun, lights=scenario.lights[:1])
+    return Simulator(target, alone, seed).basis()[-1]
+
+
+def simulated(name: str, target: str | Path, seed: int, alone: int = 0) -> Scene:
+    """Three lights, each alone and all together; or so many, each alone."""
+    scenario = lamps_alone(alone) if alone else load_scenario("nominal")
+    simulator = Simulator(target, scenario, seed)
     images, seen = [], np.zeros((simulator.camera.height, simulator.camera.width), np.bool_)
     exposure = relative_exposure(SHUTTER_S, APERTURE)
     square = np.ones((3, 3), np.uint8)
-    for levels in LEVELS:
+    for levels in levels_of(alone):
         settings = Settings(lights=levels, shutter_s=SHUTTER_S, aperture=APERTURE)
         images.append(np.asarray(simulator.capture(settings).pixels))
         clean = np.minimum(255.0 * exposure * simulator.radiance(levels), 255.0).astype(np.float32)
         seen |= cv2.dilate(clean, square) - cv2.erode(clean, square) >= STEP_GREY
-    return Scene(name, images, 1.0, Truth(*(edge & seen for edge in truth_of(simulator))))
+    truth = truth_of(simulator, sun_alone(target, scenario, seed))
+    return Scene(name, images, 1.0, Truth(*(edge & seen for edge in truth)))
 
 
-def scenes(parts: int, seeds: int, first: int = 0) -> Iterator[Scene]:
-    """Targets of the project, and random parts, from the ``first`` draws on."""
+def levels_of(alone: int) -> tuple[tuple[int, ...], ...]:
+    """How far each light is on, a row for each image."""
+    if not alone:
+        return LEVELS
+    return tuple(tuple(FULL * (lamp == image) for lamp in range(alone)) for image in range(alone))
+
+
+def scenes(parts: int, seeds: int, first: int = 0, alone: int = 0) -> Iterator[Scene]:
+    """Targets of the project, and random parts, from the ``first`` draws on; ``alone`` as `simulated`."""
     for target in TARGETS:
         for seed in range(first, first + seeds):
-            yield simulated(target, target, seed + 1)
+            yield simulated(target, target, seed + 1, alone)
     with tempfile.TemporaryDirectory() as folder:
         for number in range(first, first + parts):
             file = Path(folder) / f"part-{number}.obj"
@@ -152,7 +180,7 @@ def scenes(parts: int, seeds: int, first: int = 0) -> Iterator[Scene]:
             file.with_suffix(".toml").write_text(
                 'front = [0.0, 0.0, 1.0]\n[material]\ntexture = "plain"\nalbedo = 0.5\n'
             )
-            yield simulated("part", file, number + 1)
+            yield simulated("part", file, number + 1, alone)
 
 
 def _obj(surface: Surface) -> str:
@@ -229,14 +257,18 @@ def main() -> None:
         "--first", type=int, default=0, help="draws that are left out before (default: %(default)s)"
     )
     parser.add_argument("--levels", action="store_true", help="say what the lights' levels were")
+    parser.add_argument(
+        "--alone", type=int, default=0, metavar="N", help="N lamps on a ring, an image of each; else three"
+    )
     parser.add_argument("--picture", type=Path, help="draw a scene, its kinds and its contour into this file")
     options = parser.parse_args()
     results: dict[int, list[Found]] = {kind: [] for kind in JUDGED}
     taken: list[Flags] = []
     lost: list[Flags] = []
-    for scene in scenes(options.parts, options.seeds, options.first):
+    levels = np.array(levels_of(options.alone)) / FULL if options.levels else None
+    for scene in scenes(options.parts, options.seeds, options.first, options.alone):
         channels = [channel_statistics(image, scene.exposure) for image in scene.images]
-        kinds = edge_kinds(channels, np.array(LEVELS) / np.max(LEVELS) if options.levels else None)
+        kinds = edge_kinds(channels, levels)
         if options.picture is not None and scene.name == PICTURED:
             cv2.imwrite(str(options.picture), pictured(scene, kinds))
         for kind, truth in zip(JUDGED, scene.truth, strict=True):

@@ -45,6 +45,9 @@ from vision_server.edges.likelihoods import FIXED, KINDS, NOISE, OUTLINE, SHADOW
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.sides import DARK_GREY, Sides, evenly_weighted, sides_of
 
+TOLD, LEARNT, UNKNOWN = "told", "learnt", "unknown"
+"""Where the levels of the lights are from."""
+
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 SAMPLE_STEP = 16  # of the pixels that say whether a channel tells kinds
 FALLING_STEP = 8  # of the edgels that say where lights are: with every fourth one nothing is surer
@@ -53,6 +56,7 @@ LEAST_LOG = -8.0  # of a likelihood, beside the edgel's largest: no single edgel
 # Edgels that neighbours on the same edge count for: what misleads one misleads them, too, less so where each
 # light's part is known.
 COHERENCE, KNOWN_COHERENCE = 1.3, 2.5
+LESS_SURE = 0.6  # of the logarithm of one kind to another but outline, where levels are unknown
 MEAN_FLOOR_RATIO = 5.0  # a mean contrast under so many standard deviations of its own noise is none
 LEAST_SHARE = 0.03  # of a kind: one that is absent may come
 LEAST_CLEAR = 0.5  # share of a channel's edges that are not beside clipped pixels
@@ -62,10 +66,6 @@ LEAST_CLEAR_OF_MIDDLE = 0.83
 # Share of a channel's edges that are beside what is lit and so many standard deviations out of its noise: of
 # those of a black one, which are its noise, none is.
 LEAST_SURE, SURE_RATIO = 0.01, 6.0
-
-
-TOLD, LEARNT, UNKNOWN = "told", "learnt", "unknown"
-"""Where the levels of the lights are from."""
 
 
 class EdgeKinds(NamedTuple):
@@ -188,20 +188,27 @@ def kinds_of(
         none = np.zeros((len(KINDS), 0)), np.full(len(KINDS), 1.0 / len(KINDS))
         return EdgeKinds(edges, sides, *none, used, UNKNOWN if levels is None else TOLD)
     background = background_of(edges, sides)
-    lights = learnt_lights(sides) if levels is None else known_lights(levels)
+    is_wall = background.wall is not None
+    lights = learnt_lights(sides, is_wall) if levels is None else known_lights(levels)
     if levels is not None and lights is not None and lights.share is None:
         lights = lamps_in_the_dark(levels, sides) or lights
     falling = _falling_of(sides, background, lights)
     likelihood = likelihoods(sides, background, lights, falling)
     likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)
-    coherence = COHERENCE if levels is None else KNOWN_COHERENCE
-    probability, share = fit_kinds(coherence * mean_along(edges, likelihood))
+    found = TOLD
+    if levels is None:
+        found = LEARNT if lights is not None and lights.are_all else UNKNOWN
+    likelihood = (COHERENCE if levels is None else KNOWN_COHERENCE) * mean_along(edges, likelihood)
+    if found == UNKNOWN:
+        others = [kind for kind in range(len(KINDS)) if kind != OUTLINE]
+        best = likelihood[others].max(axis=0)
+        likelihood[others] = best + LESS_SURE * (likelihood[others] - best)
+    probability, share = fit_kinds(likelihood)
     if background.met is not None:
         # what fades and is no contour, as it does not meet the ground, the merge was right to leave out
         left_out = np.flatnonzero((edges.mass == 0.0) & (background.met != ONE))
         probability[:, left_out] = np.eye(len(KINDS))[:, [NOISE]]
-    found = LEARNT if lights is not None and lights.are_all else UNKNOWN
-    return EdgeKinds(edges, sides, probability, share, used, found if levels is None else TOLD)
+    return EdgeKinds(edges, sides, probability, share, used, found)
 
 
 def _falling_of(sides: Sides, background: Background, lights: KnownLights | None) -> Falling:

@@ -5,8 +5,9 @@ falls on. So the steps at all ends of one light's shadows are alike but for thei
 images in which it was off: they are a cluster. Where several lights change at once, as at creases, it is so
 in all images in which one of them is on: such a cluster is left out. A light that is on in more than half of
 the images is not learnt, and steps that are clearly so are none of the others'. Lamps that are on alone in
-one image each are told without any shadow beside one of the sun or of all of them; in the dark by their
-shadows, too (`edges.dark_room`). In two or three images with the sun in all there may be a lamp for each.
+one image each are told without any shadow beside one of the sun or of all of them; in the dark, or beside
+the sun in all, by their shadows (`edges.dark_room`, `edges.alone`). In two or three images with the sun in
+all there may be a lamp for each that is on in several.
 """
 
 from __future__ import annotations
@@ -20,22 +21,20 @@ import numpy as np
 from numerics.arrays import Field, Floats
 from numerics.kernels import kernel
 from numerics.ranks import at_share
+from vision_server.edges.alone import FEWEST, MOST_NOISE, ON_BY_ONE, lamps_are_alone
 from vision_server.edges.dark_room import LEAST_STEP, SURE, lamps_in_the_dark, unsure_and_lit
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.sides import Sides
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds`.
-MOST_NOISE = 0.12  # of a step, as a share of the largest
 MOST_STEPS = 500  # that are compared with each other
 ALIKE = 0.08  # between steps of one cluster, as a share of the largest
 APART = 0.2  # between clusters
-FEWEST = 8  # steps of a cluster
-# With more images lights that cannot be told apart mislead on bodies that are curved: drawn statues lose .02
-# to .10 of their best F by it from four images (`python -m benchmarks.statue_edges`).
+FEWEST_ALONE = 3  # images by which lamps that are alone are told by what their shadows leave
+# With more images as many clusters as images say too little: on curved bodies there are such, of shading.
 MOST_IMAGES = 3
 FEWEST_OF_ALL = 4  # where the lights that are so learnt explain all there is
 ON_BY_MANY = 0.15  # level, as a share of the largest, from which on a light is on, by the median of a cluster
-ON_BY_ONE = 0.2  # and by a single step, which is noisier
 MOST_TRIED = 32  # choices of a cluster for each lamp, large ones first
 LEVEL_SD = 0.12  # of a level by one place: darker ones tell none
 LEVEL_SLACK, LEVEL_UNSURE = 0.04, 0.2  # by so much the least that it may be is above, or below, the most
@@ -52,8 +51,11 @@ class Cluster(NamedTuple):
     steps: int
 
 
-def learnt_lights(sides: Sides) -> KnownLights | None:
+def learnt_lights(sides: Sides, before_wall: bool = False) -> KnownLights | None:
     """The lamps that N edgels in C channels tell of, and the sun; None without any.
+
+    Lamps that are alone beside the sun are not asked for before a lit wall: shadows on it show them, too,
+    where the bodies before it are curved, of which the shading would be taken for creases then.
 
     They are all if there are as many as channels, each is on in others, and none gives less than nothing:
     which is so sure that smaller clusters may be lamps then. So they are where each is alone in an image,
@@ -63,7 +65,10 @@ def learnt_lights(sides: Sides) -> KnownLights | None:
     clusters = _clusters(_telling_steps(sides, images // 2))
     some = sides.of(slice(None, None, SAMPLE_STEP))
     lights = _that_explain(_of_one_light(clusters, 2, images // 2), some) or _alone_and_together(some)
-    lights = lights or lamps_in_the_dark(np.eye(images), sides) or _as_many_as_images(sides)
+    lights = lights or lamps_in_the_dark(np.eye(images), sides)
+    if lights is None and not before_wall and images >= FEWEST_ALONE and lamps_are_alone(sides):
+        lights = known_lights(np.eye(images))
+    lights = lights or _as_many_as_images(sides)
     if lights is not None:
         return lights
     sure = [cluster for cluster in clusters if cluster.steps >= FEWEST]

@@ -42,6 +42,11 @@ class KnownLights(NamedTuple):
         """Whether each is on in one channel and none but it is on there."""
         return self.on.shape[0] == self.on.shape[1] and bool((np.count_nonzero(self.on, axis=0) == 1).all())
 
+    @property
+    def are_alone_in_the_sun(self) -> bool:
+        """The same beside the sun, which is on in all channels."""
+        return self._replace(on=self.on[:, :-1]).are_alone and bool((self.on[:, -1] == 1.0).all())
+
 
 def known_lights(levels: Floats) -> KnownLights:
     """The lamps that are ever on, and the sun, which is on in all channels.

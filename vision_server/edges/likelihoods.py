@@ -12,6 +12,7 @@ import math
 import numpy as np
 
 from numerics.arrays import Field, Grey, Reals
+from vision_server.edges.alone import shadow_of_some
 from vision_server.edges.background import Background
 from vision_server.edges.blocked import DEPTH_SD, FLAT_SD, KNOWN_DEPTH_SD, shadow_of_one
 from vision_server.edges.densities import either, logarithms, normal, sum_of_logs
@@ -39,6 +40,13 @@ RARE_HIGHLIGHT = 0.25  # of its logarithm: what else than shadow there is in the
 RARER_HIGHLIGHT = 4.0  # of its logarithm, where known lights tell shadows: the rest is rather crease
 RARER_GLARE = 4.0  # of the logarithm of a print where one light is mirrored
 RARER_LIT = 6.0  # of the logarithm of an outline before a lit surface
+# Of the logarithm of one light's shadow, by how far it is on in each image, beside those of lamps that have
+# an image of their own.
+RARER_ONE = 0.5
+# How many times steeper creases and prints are than the slope between their sides: what is less is rather the
+# shading of a curved surface. Nine tenths of those of renders have more, of what is in statues a third.
+SHARP = 1.5
+RARER_SLOPE = 4.0  # of their logarithm where the slope is even
 WALL_SD = 0.05  # of a wall's grey from place to place
 IN_SHADOW = 0.2  # share of the lights in which a wall beside an outline is in shadow
 OFF_WALL = 1e-4  # density of a wall's grey anywhere
@@ -99,6 +107,9 @@ def _of_block(
         if falling is not None:
             found[SHADOW] += np.log(falling.of_most_changed(apparent_parts(sides)))
         found[HIGHLIGHT] = highlight - RARE_HIGHLIGHT
+    if sides.sharpness is not None:  # a slope: 1 where it is even
+        even = np.clip((SHARP - sides.sharpness) / (SHARP - 1.0), 0.0, 1.0)
+        found[[CREASE, PRINT]] -= np.float32(RARER_SLOPE) * even
     if background.wall is not None:
         logs, noise = logarithms(sides)
         beside = logs - np.log(background.wall + sides.dark)[:, None]
@@ -173,7 +184,13 @@ def _known_lights(found: Reals, sides: Sides, lights: KnownLights, falling: Fall
             fall_to = falling.of_most_changed(apparent_parts(some))
         elif falling is not None:
             fall_to = falling.of(some.near.sum(axis=0, keepdims=True), some.axis)[0]
-        found[SHADOW, other] = shadow_of_one(some, logs, noise, lights.on, KNOWN_DEPTH_SD, fall_to)
+        shadow = shadow_of_one(some, logs, noise, lights.on, KNOWN_DEPTH_SD, fall_to)
+        if lights.are_alone_in_the_sun:
+            at_end = np.ones(noise.shape, np.float32)
+            if falling is not None:
+                at_end = falling.of(apparent_parts(some).near, some.axis)[0][:-1]
+            shadow = either(shadow_of_some(some, at_end), shadow - RARER_ONE)
+        found[SHADOW, other] = shadow
         highlight = _touched(logs, noise)[1]
         found[HIGHLIGHT, other] = highlight - RARER_HIGHLIGHT
 

@@ -26,6 +26,7 @@ ALONG = 3  # places beside the edge whose mean is taken
 PLACES = ALONG + len(REACH_PX) - 1  # that are looked at on either side
 SMOOTHED_NOISE = 0.44  # of the noise of single pixels, in the mean of three bilinear values a pixel apart
 EACH_COUNT = np.arange(WHITE + 1, dtype=np.uint16)[None]
+LEAST_CONTRAST = 1e-3  # that something is divided by
 DARK_GREY = 4.0  # of the longest exposed frame: less is black, whatever its noise
 
 
@@ -46,6 +47,9 @@ class Sides(NamedTuple):
         float32 (N,), direction ahead, rad, 0 along x.
     dark
         Grey at reference exposure that is added before logarithms are taken.
+    sharpness
+        float32 (N,), how many times steeper the edge is than the slope from side to side, 1: it is that
+        slope; None where that is not known.
     """
 
     near: Field
@@ -54,6 +58,7 @@ class Sides(NamedTuple):
     known: Flags
     axis: Field
     dark: float = DARK_GREY
+    sharpness: Field | None = None
 
     def of(self, edgels: slice | Ints) -> Sides:
         """Those of some of the edgels."""
@@ -63,6 +68,7 @@ class Sides(NamedTuple):
             noise=np.ascontiguousarray(self.noise[:, edgels]),
             known=np.ascontiguousarray(self.known[:, edgels]),
             axis=self.axis[edgels],
+            sharpness=None if self.sharpness is None else self.sharpness[edgels],
         )
 
 
@@ -122,7 +128,16 @@ def sides_of(edges: EdgeMap) -> Sides:
             near[number] /= np.float32(channel.exposure)
             brightest[number] /= np.float32(channel.exposure)
     dark = DARK_GREY / max(channel.exposure for channel in channels)
-    return Sides(near, brightest, noise, known, edges.axis, dark)
+    return Sides(near, brightest, noise, known, edges.axis, dark, _sharpness(edges, near, float(reach[0])))
+
+
+def _sharpness(edges: EdgeMap, near: Field, reach: float) -> Field:
+    """As in `Sides`: the contrast of a slope is sqrt(2 pi) sigma times what it climbs in a pixel."""
+    step = np.abs(near[:, 1] - near[:, 0]).mean(axis=0)
+    sigma = np.mean([channel.sigma_px for channel in edges.channels])
+    contrast = np.float32(np.sqrt(2.0 * np.pi) * sigma / (2.0 * reach)) * step
+    sharpness = edges.mass / np.maximum(contrast, np.float32(LEAST_CONTRAST))
+    return np.asarray(np.where(edges.mass > 0.0, sharpness, np.float32(np.inf)), np.float32)
 
 
 @kernel(nogil=True)

@@ -240,6 +240,33 @@ def test_edgels_are_judged_each_by_itself_however_many_there_are(monkeypatch: py
             np.testing.assert_allclose(likelihoods(some, Background(1.0), known), whole, rtol=1e-5, atol=1e-5)
 
 
+def test_what_is_no_steeper_than_the_slope_between_its_sides_is_hardly_a_crease_or_a_print() -> None:
+    some = sides([(np.asarray(left), np.asarray(right)) for left, right in OF_KIND.values()])
+    sharp, even = (
+        likelihoods(some._replace(sharpness=np.full(len(OF_KIND), value, np.float32)), Background(1.0))
+        for value in (2.0, 1.0)
+    )
+    np.testing.assert_array_equal(sharp, likelihoods(some, Background(1.0)))
+    changed = np.isin(np.arange(len(KINDS)), (CREASE, PRINT))
+    assert (even[changed] < sharp[changed] - 1.0).all()
+    np.testing.assert_array_equal(even[~changed], sharp[~changed])
+
+
+def test_what_is_no_outline_is_told_less_surely_where_levels_are_unknown(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr("vision_server.edges.kinds.learnt_lights", lambda sides, before_wall: None)
+    found = edge_kinds(channels())
+    monkeypatch.setattr("vision_server.edges.kinds.LESS_SURE", 1.0)
+    surer = edge_kinds(channels())
+    assert found.levels == surer.levels == "unknown"
+    kinds = surer.probability.argmax(axis=0)
+    same = (kinds != OUTLINE) & (found.probability.argmax(axis=0) == kinds)
+    best, surest = (one.probability[:, same].max(axis=0) for one in (found, surer))
+    assert same.sum() > 100
+    assert np.median((1.0 - best) / (1.0 - surest)) > 1.5
+
+
 def test_an_image_of_more_bits_is_read_as_one_of_eight_where_it_is_the_same() -> None:
     channels = [channel_statistics(image, gamma=2.2) for image in polygon_with_shadows(3)]
     eight = merge_channels(channels)

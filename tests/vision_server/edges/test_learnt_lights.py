@@ -19,7 +19,7 @@ def ends(blocked: list[tuple[int, ...]], each: int, seed: int = 0, levels: np.nd
     pairs = []
     for missing in blocked:
         for _ in range(each):
-            left = random.uniform(40.0, 90.0, 4)
+            left = np.asarray(random.uniform(40.0, 90.0, (lights.shape[1],)))
             right = left.copy()
             right[list(missing)] = 0.0
             pairs.append((left, right) if random.random() < 0.5 else (right, left))
@@ -92,6 +92,15 @@ def test_lamps_that_are_on_in_one_image_each_are_learnt_with_the_sun_in_all() ->
         assert found is not None and found.are_all and found.share is None
         np.testing.assert_array_equal(sorted_levels(found.on), ALONE)
     assert learnt_lights(of_three([(0,)], ALONE)) is None
+
+
+def test_four_lamps_that_are_alone_beside_the_sun_are_learnt_but_before_a_wall() -> None:
+    sides = ends([(0,), (1,), (2, 3)], 40, levels=np.eye(4))
+    found = learnt_lights(sides)
+    assert found is not None and found.are_all and found.share is None and found.are_alone_in_the_sun
+    np.testing.assert_array_equal(found.on[:, :-1], np.eye(4))
+    before_wall = learnt_lights(sides, before_wall=True)
+    assert before_wall is not None and not before_wall.are_all
 
 
 def test_as_many_lamps_as_images_are_learnt_where_each_is_on_in_several() -> None:
