@@ -186,7 +186,7 @@ def kinds_of(
     sides = sides_of(edges)
     if len(edges) == 0:
         none = np.zeros((len(KINDS), 0)), np.full(len(KINDS), 1.0 / len(KINDS))
-        return EdgeKinds(edges, sides, *none, used, UNKNOWN if levels is None else TOLD)
+        return EdgeKinds(edges, sides, *none, used, _levels_from(levels, None))
     background = background_of(edges, sides)
     lights = learnt_lights(sides) if levels is None else known_lights(levels)
     if levels is not None and lights is not None and lights.share is None:
@@ -200,8 +200,14 @@ def kinds_of(
         # what fades and is no contour, as it does not meet the ground, the merge was right to leave out
         left_out = np.flatnonzero((edges.mass == 0.0) & (background.met != ONE))
         probability[:, left_out] = np.eye(len(KINDS))[:, [NOISE]]
-    found = LEARNT if lights is not None and lights.are_all else UNKNOWN
-    return EdgeKinds(edges, sides, probability, share, used, found if levels is None else TOLD)
+    return EdgeKinds(edges, sides, probability, share, used, _levels_from(levels, lights))
+
+
+def _levels_from(levels: Floats | None, lights: KnownLights | None) -> str:
+    """TOLD where there are levels; else what ``lights``, where any were found in the images, are."""
+    if levels is not None:
+        return TOLD
+    return LEARNT if lights is not None and lights.are_all else UNKNOWN
 
 
 def _falling_of(sides: Sides, background: Background, lights: KnownLights | None) -> Falling:
