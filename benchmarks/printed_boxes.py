@@ -141,6 +141,11 @@ def _traced(
 ) -> None:
     """Draw the box over ``out``; FINER^2 rays a pixel take the poses in turn."""
     reach, count = np.sqrt(np.sum(box.half**2)), len(turns)
+    back, eye, lit = np.empty((count, 3, 3)), np.empty((count, 3)), np.empty((count, 3))
+    for k in range(count):
+        back[k] = turns[k].T
+        eye[k], lit[k] = back[k] @ -centres[k], back[k] @ lamp
+    toward, along, place = np.empty(3), np.empty(3), np.empty(3)
     for row in range(part[1], part[3]):
         for column in range(part[0], part[2]):
             total = 0.0
@@ -148,22 +153,29 @@ def _traced(
                 k = (ray * 7 + row * 11 + column * 13 + row * column) % count
                 x = column + (ray % FINER + 0.5) / FINER - 0.5
                 y = row + (ray // FINER + 0.5) / FINER - 0.5
-                toward = np.array([(x - lens[2]) / lens[0], (y - lens[3]) / lens[1], 1.0])
-                toward /= np.sqrt(np.sum(toward**2))
-                far = np.dot(toward, centres[k])
-                miss = np.sum((centres[k] - far * toward) ** 2)
+                toward[0], toward[1], toward[2] = (x - lens[2]) / lens[0], (y - lens[3]) / lens[1], 1.0
+                toward /= math.sqrt(toward[0] ** 2 + toward[1] ** 2 + 1.0)
+                far, away = 0.0, 0.0
+                for i in range(3):
+                    far += toward[i] * centres[k, i]
+                    away += centres[k, i] ** 2
                 light = out[row, column]
-                if miss < reach * reach:
-                    back = turns[k].T.copy()
-                    start, along = back @ (-centres[k]), back @ toward
+                if away - far * far < reach * reach:
+                    for i in range(3):
+                        along[i] = (
+                            back[k, i, 0] * toward[0] + back[k, i, 1] * toward[1] + back[k, i, 2] * toward[2]
+                        )
                     passed = far - reach
                     for _ in range(STEPS):
-                        gap = _outside(box, start + passed * along)
+                        for i in range(3):
+                            place[i] = eye[k, i] + passed * along[i]
+                        gap = _outside(box, place)
                         if gap < NEAR_M or passed > far + reach:
                             break
                         passed += gap
                     if passed <= far + reach:
-                        place = start + passed * along
-                        light = _shade(box, place, along, back @ lamp)
+                        for i in range(3):
+                            place[i] = eye[k, i] + passed * along[i]
+                        light = _shade(box, place, along, lit[k])
                 total += light
             out[row, column] = total / (FINER * FINER)

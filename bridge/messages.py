@@ -197,7 +197,8 @@ class Describe(Message, frozen=True):
     """Result of `describe`: what an image server can do. Never the true pose.
 
     A setting whose relative difference from a listed value is within ``setting_tolerance`` is that value.
-    ``nearest_m`` is the least range that `move` brings the target to.
+    ``nearest_m`` is the least range that `move` brings the target to; ``recorded`` how many frames there are,
+    where a device has no others.
     """
 
     device: str
@@ -211,6 +212,7 @@ class Describe(Message, frozen=True):
     target: TargetDescription | None = None
     movable: bool = False
     nearest_m: Positive | None = None
+    recorded: Annotated[int, Meta(ge=1)] | None = None
     ranges: tuple[SettingRange, ...] = ()
     setting_tolerance: Annotated[float, Meta(ge=0)] = SETTING_TOLERANCE
     events: str | None = None

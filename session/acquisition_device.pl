@@ -29,9 +29,10 @@ results, events as exogenous actions.  Pixels stay on the other side.
 :- use_module(display, [show/2]).
 :- use_module(json_terms).
 :- use_module(named_actions, [check_parameters/2, doing/1]).
+:- use_module(offered, [check_instead/2]).
 :- use_module(recovery).
 :- use_module(servers, [captures_taken/1, own_server/1]).
-:- use_module(strategy_file, [check_against_device/2, check_instead/2]).
+:- use_module(strategy_checks, [check_against_device/2]).
 :- use_module(surprising).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module('../domain/reasoning/merit', [default_threshold/1]).

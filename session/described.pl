@@ -1,5 +1,6 @@
 :- module(session_described,
           [ described_model/2,          % +Description, -Model
+            recorded_frames/2,          % +Description, -Count
             draws/4,                    % +Description, +Seed, ?Where, -Draws
             kept_description/2,         % +Description, -Text
             check_as_begun/4            % +Options, +Folder, +Seed, +Description
@@ -26,6 +27,17 @@ described_model(Description, Model) :-
     Target = Description.get(target),
     is_dict(Target),
     Model = Target.get(model).
+
+%!  recorded_frames(+Description, -Count) is det.
+%
+%   How many images the device has; `inf` where it takes them.
+
+recorded_frames(Description, Count) :-
+    (   get_dict(recorded, Description, Count0),
+        integer(Count0)
+    ->  Count = Count0
+    ;   Count = inf
+    ).
 
 %!  draws(+Description, +Seed, ?Where, -Draws) is semidet.
 %

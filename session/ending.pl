@@ -10,6 +10,7 @@
 
 :- use_module(acquisition_device, [close_acquisition/0, score_pose/3]).
 :- use_module(connections, [ask/4]).
+:- use_module(described, [recorded_frames/2]).
 :- use_module(display, [show/2, show_outcome/2]).
 :- use_module(ending_words, [plain_error/2, why_stopped/2]).
 :- use_module(json_terms, [fix_term/2]).
@@ -48,9 +49,10 @@ end_session(Session, end(How, Situation), Outcome) :-
                    Situation, Known),
     parameters(How, Parameters),
     option(max_iterations(Limit), Options),
+    recorded_frames(Session.described, Recorded),
     fluent_value(readings, Situation, Readings),
     foldl(call, [ with_other_poses(Parameters, Situation), with_estimated_with(Parameters, Folder),
-                  advised(Limit, Readings), with_message(How) ],
+                  advised(images(Limit, Recorded), Readings), with_message(How) ],
           Known, Result),
     write_result(Result, Folder),
     catch(close_acquisition, error(_, _), true),        % the vision server writes what is left of its images

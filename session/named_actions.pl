@@ -11,11 +11,12 @@ take_image, measure and the other procedures give their actions what they should
 as set_parameter(matcher, genetic), it is answerable for.
 */
 
-:- use_module(strategy_file, [in_strategy/3, place_of/3]).
+:- use_module(strategy_file, [in_strategy/3, place_of/3, program_part/4]).
 :- use_module(usage, [did_you_mean/3, usage_error/2]).
-:- use_module('../indigolog/tools/formula_checks', [known_beforehand/2]).
+:- use_module('../indigolog/tools/formula_checks', [known_within/2]).
+:- use_module('../indigolog/tools/program_parts', [part_within/3]).
 :- use_module(library(lists), [member/2, memberchk/2]).
-:- use_module(library(occurs), [sub_term/2]).
+:- use_module(library(occurs), [occurrences_of_term/3, occurrences_of_var/3]).
 
 :- meta_predicate check_parameters(+, 1).
 
@@ -26,30 +27,36 @@ as set_parameter(matcher, genetic), it is answerable for.
 %   @error usage_error(Message)
 
 check_chosen(File) :-
-    (   in_strategy(File, proc(_, Body), _),
-        no_value(Body, Chosen, Why)
-    ->  place_of(File, [choose(Chosen)], Place),
-        ( var(Chosen) -> Name = '_' ; Name = Chosen ),
+    (   no_value(File, Chosen, Place, Why)
+    ->  ( var(Chosen) -> Name = '_' ; Name = Chosen ),
         usage_error("~w: choose(~w): ~w", [Place, Name, Why])
     ;   true
     ).
 
 %   No axiom of the theory gives the settings of choose/1 a value, as that of keep/1 gives one to its image.
-no_value(Body, Name, Why) :-
-    sub_term(Step, Body),
-    nonvar(Step),
-    Step = choose(Name),
+no_value(File, Name, Place, Why) :-
+    program_part(File, choose(Name), Around, Place),
     atom(Name),
-    known_beforehand(Name, Body),
+    known_within(Name, Around),
     format(atom(Why), "~w is no fluent, and nothing around it binds it: it has no settings to choose", [Name]).
-no_value(Body, Variable, "pi binds it, and nothing before gives it a value: that takes a domain or a test") :-
-    sub_term(Step, Body),
-    nonvar(Step),
-    member(Step, [pi(Variable, Picked), rpi(Variable, Picked)]),
-    ( atom(Variable) ; var(Variable) ),
-    findall(used, ( sub_term(Used, Picked), Used == Variable ), Uses),
-    findall(used, ( sub_term(Used, Picked), nonvar(Used), Used = choose(Chosen), Chosen == Variable ), Uses),
-    Uses = [_|_].
+no_value(File, Chosen, Place, "pi binds it, and nothing before gives it a value: that takes a domain or a test") :-
+    program_part(File, choose(Chosen), Around, Place),
+    ( atom(Chosen) ; var(Chosen) ),
+    member(Pick, Around),
+    picks(Pick, Variable, Picked),
+    Variable == Chosen,
+    findall(chosen, ( part_within(Picked, choose(One), _), One == Variable ), All),
+    length(All, Uses),
+    uses(Variable, Picked, Uses).
+
+picks(pi(Variable, Picked), Variable, Picked).
+picks(rpi(Variable, Picked), Variable, Picked).
+
+uses(Variable, Program, Count) :-
+    (   var(Variable)
+    ->  occurrences_of_var(Variable, Program, Count)
+    ;   occurrences_of_term(Variable, Program, Count)
+    ).
 
 %!  no_settings(+Chosen, -Words) is semidet.
 %
@@ -69,24 +76,20 @@ no_settings(Chosen, Words) :-
 %   @error usage_error(Message)
 
 check_parameters(File, Known) :-
-    findall(Name, parameter_set(File, Name), Set),
+    findall(Name-Place, parameter_set(File, Name, Place), Set),
     (   Set == []
     ->  true
     ;   call(Known, Names),
-        forall(( member(Name, Set), \+ memberchk(Name, Names) ),
-               no_parameter(File, Name, Names))
+        forall(( member(Name-Place, Set), \+ memberchk(Name, Names) ),
+               no_parameter(Place, Name, Names))
     ).
 
-parameter_set(File, Name) :-
-    in_strategy(File, proc(_, Body), _),
-    sub_term(Step, Body),
-    nonvar(Step),
-    Step = set_parameter(Name, _),
+parameter_set(File, Name, Place) :-
+    program_part(File, set_parameter(Name, _), Around, Place),
     atom(Name),
-    known_beforehand(Name, Body).
+    known_within(Name, Around).
 
-no_parameter(File, Name, Names) :-
-    place_of(File, [set_parameter(Name, _)], Place),
+no_parameter(Place, Name, Names) :-
     atomic_list_concat(Names, ', ', Listed),
     did_you_mean(Name, Names, Hint),
     usage_error("~w: there is no vision parameter ~w; there are ~w.~w", [Place, Name, Listed, Hint]).

@@ -1,5 +1,5 @@
 :- module(session_outcome,
-          [ advised/4,                  % +Limit, +Readings, +Result, -Advised
+          [ advised/4,                  % +Images, +Readings, +Result, -Advised
             counted/3,                  % +Count, +Name, -Words
             merit_words/2               % +Px, -Words
           ]).
@@ -13,16 +13,17 @@ Messages session_outcome(Result): the dict that result.json is made from.
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [last/2, member/2, memberchk/2, reverse/2]).
 
-%!  advised(+Limit, +Readings, +Result, -Advised) is det.
+%!  advised(+Images, +Readings, +Result, -Advised) is det.
 %
-%   The result with what to try, as `advice`, where the threshold was not reached with Limit images.  Readings are of the
-%   images of the last scene.
+%   The result with what to try, as `advice`, where the threshold was not reached.  Images is images(Limit, Recorded): so
+%   many were allowed, and there are (`inf` where each request gives another one).  Readings are of the images of the last
+%   scene.
 
-advised(Limit, Readings, Result, Advised) :-
+advised(Images, Readings, Result, Advised) :-
     Result.status == exhausted,
     !,
     Pose = Result.pose,
-    findall(Help, ( Pose == null, without_pose(Result, Readings, Help) ; help(Result, Limit, Help) ), Helps),
+    findall(Help, ( Pose == null, without_pose(Result, Readings, Help) ; help(Result, Images, Help) ), Helps),
     Advised = Result.put(advice, Helps).
 advised(_, _, Result, Result).
 
@@ -159,12 +160,16 @@ what_may_help(_) -->
 
 help(Result, _, 'a seed pose, or [target] view, which tell which of the poses that fit is meant (--seed-pose)') :-
     several_poses(Result, _, _).
-help(Result, Limit, Help) :-
-    (   limit_reached(Result, Limit)
+help(Result, images(Limit, Recorded), Help) :-
+    (   Result.iterations < Recorded,
+        limit_reached(Result, Limit)
     ->  counted(Limit, image, Images),
         format(atom(Help), "more than ~w (--max-iterations)", [Images])
     ;   rival_holds_back(Result)
     ->  Help = 'another view of the target: these images do not tell its pose from another one'
+    ;   Result.iterations >= Recorded
+    ->  counted(Recorded, frame, Frames),
+        format(atom(Help), "a stack of more frames, or of frames under other lights: this one has ~w", [Frames])
     ;   Result.iterations > 0,
         \+ ( Controller = Result.get(controller), memberchk(Controller, [heuristic, informed]) ),
         Help = 'a strategy that goes on (--controller heuristic or informed)'

@@ -26,7 +26,7 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(strategy_end, [ended_by/4]).
 :- use_module(named_actions, [check_chosen/1]).
 :- use_module(own_world, [check_own_sensing/1]).
-:- use_module(strategy_file, [check_control/1, check_includes/1]).
+:- use_module(strategy_checks, [check_control/1, check_includes/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/indigolog').

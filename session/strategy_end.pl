@@ -8,8 +8,9 @@ An error that the interpreter met in a step is the strategy's: what a server doe
 
 :- use_module(display, [show/2]).
 :- use_module(ending_words, [error_text/2]).
+:- use_module(blocked, [blocked/4]).
 :- use_module(named_actions, [no_settings/2, refused_action/3]).
-:- use_module(strategy_file, [blocked/4, place_of/3]).
+:- use_module(strategy_file, [place_of/3]).
 :- use_module('../indigolog/indigolog', [fluent_value/3, situation_holds/2]).
 :- use_module('../indigolog/tools/explain', [why/3]).
 :- use_module(library(apply), [maplist/2]).

@@ -116,6 +116,7 @@ def describe_stack(stack: BasisStack | FramesStack, name: str) -> Describe:
         focuses_m=tuple(focuses) or None,
         camera=table.camera.description(),
         target=target,
+        recorded=len(table.frames) if isinstance(table, FramesTable) else None,
     )
 
 

@@ -102,8 +102,8 @@ class ImageSet:
         if self._large:
             give_back_freed()
 
-    def remove(self, name: str) -> None:
-        """Forget an image.
+    def remove(self, name: str) -> SetImage:
+        """Take an image out.
 
         Raises
         ------
@@ -111,11 +111,11 @@ class ImageSet:
             No image of that name.
         """
         self.check([name])
-        del self.images[name]
         self._coarse.pop(name, None)
         for merged in self._merged.values():
             if name in merged.channels:
                 merged.remove(name)
+        return self.images.pop(name)
 
     def distinct(self, names: Sequence[str]) -> tuple[str, ...]:
         """The named images without those that repeat another one of them.

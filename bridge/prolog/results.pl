@@ -80,6 +80,7 @@ message('Describe',
           target-optional(nullable(message('TargetDescription'))),
           movable-optional(boolean),
           nearest_m-optional(nullable(number([gt(0)]))),
+          recorded-optional(nullable(integer([ge(1)]))),
           ranges-optional(list(message('SettingRange'), 0, inf)),
           setting_tolerance-optional(number([ge(0)])),
           events-optional(nullable(string))

@@ -1,10 +1,12 @@
 :- module(indigolog_binding,
           [ binder/3,                 % ?Construct, -Variables, -Body
             bound_names/2,            % +Term, -Names
+            names_bound_around/2,     % +Constructs, -Names
             bound_variables/2         % +Variables, -List
           ]).
 /** <module> Which variables the constructs of programs and formulas bind */
 
+:- use_module(library(lists), [member/2]).
 :- use_module(library(occurs), [sub_term/2]).
 
 %!  binder(?Construct, -Variables, -Body) is nondet.
@@ -49,12 +51,18 @@ bound_variables(V, Vs) :-
 %   The atoms that some construct in Term binds.
 
 bound_names(Term, Names) :-
-    findall(Name,
-            ( sub_term(T, Term),
-              nonvar(T),
-              binds(T, V),
-              bound_name(V, Name) ),
-            Names).
+    findall(Name, ( sub_term(T, Term), nonvar(T), binds_name(T, Name) ), Names).
+
+%!  names_bound_around(+Constructs, -Names) is det.
+%
+%   The atoms that Constructs bind in their parts.
+
+names_bound_around(Constructs, Names) :-
+    findall(Name, ( member(T, Constructs), binds_name(T, Name) ), Names).
+
+binds_name(T, Name) :-
+    binds(T, V),
+    bound_name(V, Name).
 
 binds(T, V) :-
     binder(T, V, _).

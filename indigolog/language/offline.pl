@@ -13,6 +13,10 @@ Do(E, S, S1): Trans* from (E, S) to a configuration that is Final.
 :- use_module(patience, [fresh_mark/1, silent_step/4]).
 :- use_module(situation, [initial_situation/1, situation_history/2, situation_length/2]).
 
+% Steps of an execution that may leave another choice open, where no limit is given: as many as search/1 allows
+% actions.  They wait on the stack; a step that leaves none does not count.
+most_open(100_000).
+
 % Share of the stack that an execution may fill; chosen by hand.
 most_of_stack(0.5).
 
@@ -22,6 +26,7 @@ most_of_stack(0.5).
 %   A configuration that comes again without an action in between is not
 %   followed again: it cannot lead to another history.
 %
+%   @error golog(open_end(Actions, Steps)) if 100 000 Steps have left a choice open before that
 %   @error golog(no_end(Actions)) if half of the stack is used up before that
 
 complete(E, S, S1) :-
@@ -29,7 +34,7 @@ complete(E, S, S1) :-
 
 %!  complete(+Program, +Situation, +Longest, -Situation1) is nondet.
 %
-%   As complete/3, where no history on the way is longer than Longest.
+%   As complete/3, where no history on the way is longer than Longest, and any number of choices may be open.
 
 complete(E, S, Longest, S1) :-
     going(E, S, Longest-limit(false), S1).
@@ -53,30 +58,35 @@ bounded_do(E, Max, History, Met) :-
 
 going(E, S, Limit, S1) :-
     fresh_mark(Mark),
-    going(E, S, Mark, Limit, S1).
+    going(E, S, Mark, 0, Limit, S1).
 
-going(E, S, Mark, Limit, S1) :-
+% Open steps on the way have left a choice.
+going(E, S, Mark, Open, Limit, S1) :-
     top_context(C),
     (   \+ final(E, S, C)
-    ->  onward(E, S, Mark, Limit, S1)
+    ->  onward(E, S, Mark, Open, Limit, S1)
     ;   \+ step(E, S, _, _)
     ->  once_if_ground(E, final(E, S, C)),
         S1 = S
     ;   (   once_if_ground(E, final(E, S, C)),
             S1 = S
-        ;   onward(E, S, Mark, Limit, S1)
+        ;   onward(E, S, Mark, Open, Limit, S1)
         )
     ).
 
-onward(E, S, Mark, Limit, S1) :-
+onward(E, S, Mark, Open, Limit, S1) :-
+    prolog_current_choice(Before),
     step(E, S, E0, S0),
+    prolog_current_choice(After),
+    ( After == Before -> Open0 = Open ; Open0 is Open+1 ),
     situation_length(S, N),
     (   situation_length(S0, N)
     ->  silent_step(Mark, E0, S0, Mark1),
-        going(E0, S0, Mark1, Limit, S1)
-    ;   within_limit(Limit, N),
+        going(E0, S0, Mark1, Open0, Limit, S1)
+    ;   within_limit(Limit, N, Open0),
         ( N /\ 0xFFF =:= 0 -> within_stack(N) ; true ),
-        going(E0, S0, Limit, S1)
+        fresh_mark(Mark1),
+        going(E0, S0, Mark1, Open0, Limit, S1)
     ).
 
 % Looked at every 4096 actions: beyond half of it, Prolog may not find room to tell of an overflow.
@@ -100,9 +110,10 @@ stack_used(Bytes) :-
     statistics(trailused, Trail),
     Bytes is Global+Local+Trail.
 
-within_limit(Max-Limit, N) :-
+within_limit(Max-Limit, N, Open) :-
     (   Max == inf
-    ->  true
+    ->  most_open(Most),
+        ( Open < Most -> true ; N1 is N+1, throw(error(golog(open_end(N1, Open)), _)) )
     ;   N < Max
     ->  true
     ;   nb_setarg(1, Limit, true),

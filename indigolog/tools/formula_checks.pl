@@ -6,6 +6,7 @@
             unused_variable/4,        % +Construct, +In, -Kind, -What
             constant/3,               % +Term, +In, +Theory
             known_beforehand/2,       % +Term, +Clause
+            known_within/2,           % +Term, +Around
             goal_exists/2             % +Goal, +Theory
           ]).
 /** <module> What is wrong inside formulas
@@ -219,6 +220,17 @@ constant(Term, in(_, Names), Theory) :-
 %   Term, which stands in Clause, is the same whatever the values of fluents and of variables that constructs there bind.
 
 known_beforehand(Term, Clause) :-
-    current_theory(Theory),
     bound_names(Clause, Names),
+    known_among(Term, Names).
+
+%!  known_within(+Term, +Around) is semidet.
+%
+%   The same of a Term around which there are these constructs (program_parts.pl).
+
+known_within(Term, Around) :-
+    names_bound_around(Around, Names),
+    known_among(Term, Names).
+
+known_among(Term, Names) :-
+    current_theory(Theory),
     constant(Term, in(_, Names), Theory).

@@ -138,6 +138,10 @@ error_text(unknown_action(A)) -->
 error_text(unknown_entry(A)) -->
     [ '~p in a history is not an action of the theory'-[A] ],
     ( { callable(A) } -> hint(A) ; [] ).
+error_text(open_end(N, Open)) -->
+    [ 'no end was found within ~D actions, and ~D steps left another choice open; a loop as star(E) goes on before'-[N, Open], nl,
+      'what follows it is tried: while(neg(P), E) in place of [star(E), ?(P)], or search(E, [strategy(breadth)]), which'-[], nl,
+      'finds a shorter execution if there is one; one that long may go on to a limit that is given (--max-actions, do/4)'-[] ].
 error_text(no_end(N)) -->
     [ 'no end was found within ~D actions, which fill half of the stack; a loop as star(E) goes on before what'-[N], nl,
       'follows it is tried: while(neg(P), E) in place of [star(E), ?(P)], a limit (--max-actions, do/4) or'-[], nl,

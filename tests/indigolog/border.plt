@@ -181,6 +181,20 @@ test(not_known_yet, [forall(member(Program, [ pi(k, [1, 2], star(inc, k)), rrobi
 
 :- begin_tests(border_of_the_stack, [setup(load)]).
 
+% Every action leaves a choice open: told after seconds.
+test(open_end, error(golog(open_end(_, 100_000)))) :-
+    do([star(inc), ?(counter = -1)], [], _).
+
+% What leaves none goes on.
+test(long, true(N == 100_001)) :-
+    once(do(while(counter < 100_001, inc), [], History)),
+    length(History, N).
+
+% So does what has a limit.
+test(long_with_choices, true(N == 100_001)) :-
+    once(do(while(counter < 100_001, ndet(inc, bump)), [], 100_001, History)),
+    length(History, N).
+
 % Both answers to each question are open, so that the stack fills: told in time, and in a thread that has little of it.
 test(no_end, [forall(member(Program, [[star(inc), ?(counter = -1)], [iconc(inc), ?(counter = -1)]])),
               true(subsumes_term(golog(no_end(_)), Formal))]) :-

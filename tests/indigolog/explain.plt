@@ -30,8 +30,8 @@ test(a_variable_without_a_value_is_said, Text == "action at(_) is not possible: 
 ") :-
     text(golog(why([impossible(at(_), [false(p(_, _), [value(lit(_), false)])])])), Text).
 
-test(a_loop_without_an_end_is_told_what_has_one) :-
-    once(phrase('$messages':translate_message(error(golog(no_end(4096)), _)), Lines)),
+test(a_loop_without_an_end_is_told_what_has_one, [forall(member(Error, [no_end(4096), open_end(100_000, 100_000)]))]) :-
+    once(phrase('$messages':translate_message(error(golog(Error), _)), Lines)),
     with_output_to(string(Text), print_message_lines(current_output, '', Lines)),
     once(sub_string(Text, _, _, _, "while(neg(P), E) in place of [star(E), ?(P)]")).
 

@@ -38,7 +38,7 @@ test(small_merits_are_told_apart, [forall(member(Px-Expected, [0-'0.00', 0.00384
 test(more_images_are_advised_where_an_approach_was_allowed_no_more_at_its_last_hold_point,
      [forall(member(Images-Advice, [19-[], 20-['more than 10 images (--max-iterations)']])), true(Helps == Advice)]) :-
     findall(step{hold:1}, between(1, Images, _), Steps),
-    advised(10, [], result{status:exhausted, controller:heuristic, pose:none, score:0.1, ambiguity:0.0, merit_px:9, threshold_px:1,
+    advised(images(10, inf), [], result{status:exhausted, controller:heuristic, pose:none, score:0.1, ambiguity:0.0, merit_px:9, threshold_px:1,
                        iterations:Images, steps:Steps}, Advised),
     get_dict(advice, Advised, Helps).
 test(of_how_many_images_the_pose_is_is_said_where_a_new_set_was_begun,
@@ -53,13 +53,23 @@ test(another_view_may_help_where_another_pose_holds_this_one_back,
       true(sub_atom(First, 0, _, _, Help))]) :-
     Score is 0.93 / (1 + Chance),
     Merit is 15 * (1 - Score),
-    advised(10, [], result{status:exhausted, pose:pose{}, score:Score, ambiguity:Chance, merit_px:Merit, threshold_px:1.2,
+    advised(images(10, inf), [], result{status:exhausted, pose:pose{}, score:Score, ambiguity:Chance, merit_px:Merit, threshold_px:1.2,
                        iterations:Images}, Advised),
+    get_dict(advice, Advised, [First|_]).
+test(no_more_images_are_advised_than_a_stack_has,
+     [forall(member(Images-Recorded-Chance-Help, [ 10-10-0.0-'a stack of more frames, or of frames under other lights: this one has 10 frames',
+                                                   4-4-0.0-'a stack of more frames', 12-10-0.0-'a stack of more frames',
+                                                   10-10-0.1-'another view', 10-11-0.0-'more than 10 images', 4-11-0.0-'a strategy' ])),
+      true(sub_atom(First, 0, _, _, Help))]) :-
+    Score is 0.93 / (1 + Chance),
+    Merit is 15 * (1 - Score),
+    advised(images(10, Recorded), [], result{status:exhausted, pose:pose{}, score:Score, ambiguity:Chance, merit_px:Merit,
+                                             threshold_px:1.2, iterations:Images}, Advised),
     get_dict(advice, Advised, [First|_]).
 test(black_images_are_said_to_be_so,
      [forall(member(Second-Begin, [0.001-'light: every image is black', 0.1-'is the target in view'])),
       true(sub_atom(First, 0, _, _, Begin))]) :-
-    advised(10, [reading(s, statistics(0, 0, 1, 0, unknown)), reading(s, statistics(0, Second, 1, 0, unknown))],
+    advised(images(10, inf), [reading(s, statistics(0, 0, 1, 0, unknown)), reading(s, statistics(0, Second, 1, 0, unknown))],
             result{status:exhausted, pose:null, iterations:2, controller:heuristic,
                    steps:[step{decision:discard, pose:null}, step{decision:discard, pose:null}]}, Advised),
     get_dict(advice, Advised, [First|_]).

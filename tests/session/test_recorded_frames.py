@@ -55,15 +55,21 @@ def one_frame(stack: dict[str, Any]) -> None:
     del stack["frames"][1:]
 
 
-@pytest.mark.parametrize(("change", "said"), [(without_places, 1), (further_off, 0), (one_frame, 0)])
-def test_informed_does_with_what_is_known_of_the_lights(
-    recorded: Path, tmp_path: Path, change: Callable[[dict[str, Any]], None], said: int
-) -> None:
-    stack = tmp_path / "stack"
+def changed(recorded: Path, folder: Path, change: Callable[[dict[str, Any]], None]) -> tuple[Path, Any]:
+    """Another stack, and what its file tells."""
+    stack = folder / "stack"
     shutil.copytree(recorded, stack)
     told = tomllib.loads((stack / "stack.toml").read_text())
     change(told)
     (stack / "stack.toml").write_text(tomli_w.dumps(told))
+    return stack, told
+
+
+@pytest.mark.parametrize(("change", "said"), [(without_places, 1), (further_off, 0), (one_frame, 0)])
+def test_informed_does_with_what_is_known_of_the_lights(
+    recorded: Path, tmp_path: Path, change: Callable[[dict[str, Any]], None], said: int
+) -> None:
+    stack, told = changed(recorded, tmp_path, change)
     done = served("--stack", stack, "--controller", "informed", "--out", tmp_path / "run", "--no-report")
     assert done.returncode == 0, done.stderr
     assert done.stderr.count("`position` of left, right, top is not told") == said
@@ -73,6 +79,17 @@ def test_informed_does_with_what_is_known_of_the_lights(
         assert steps[1]["reason"] == "the same picture again"
         assert all("asked" in step for step in steps)
         assert steps[0]["settings"]["lights"] == steps[1]["settings"]["lights"] == told["frames"][0]["lights"]
+
+
+@pytest.mark.parametrize(("frames", "advice"), [(2, "this one has 2 frames"), (3, "more than 2 images")])
+def test_no_more_images_are_advised_than_there_are(
+    recorded: Path, tmp_path: Path, frames: int, advice: str
+) -> None:
+    stack, _ = changed(recorded, tmp_path, lambda told: told["frames"].__delitem__(slice(frames, None)))
+    never = ("--threshold", "0.000001", "--max-iterations", "2", "--no-report", "--quiet")
+    done = served("--stack", stack, "--out", tmp_path / "run", *never)
+    assert done.returncode == 3, done.stderr
+    assert advice in json.loads((tmp_path / "run" / "result.json").read_text())["advice"][0]
 
 
 def test_a_resumed_session_is_not_shown_the_same_frames_again(recorded: Path, tmp_path: Path) -> None:

@@ -186,7 +186,7 @@ def kinds_of(
     sides = sides_of(edges)
     if len(edges) == 0:
         none = np.zeros((len(KINDS), 0)), np.full(len(KINDS), 1.0 / len(KINDS))
-        return EdgeKinds(edges, sides, *none, used, UNKNOWN if levels is None else TOLD)
+        return EdgeKinds(edges, sides, *none, used, _levels_from(levels, None))
     background = background_of(edges, sides)
     is_wall = background.wall is not None
     lights = learnt_lights(sides, is_wall) if levels is None else known_lights(levels)
@@ -195,9 +195,7 @@ def kinds_of(
     falling = _falling_of(sides, background, lights)
     likelihood = likelihoods(sides, background, lights, falling)
     likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)
-    found = TOLD
-    if levels is None:
-        found = LEARNT if lights is not None and lights.are_all else UNKNOWN
+    found = _levels_from(levels, lights)
     likelihood = (COHERENCE if levels is None else KNOWN_COHERENCE) * mean_along(edges, likelihood)
     if found == UNKNOWN:
         others = [kind for kind in range(len(KINDS)) if kind != OUTLINE]
@@ -209,6 +207,13 @@ def kinds_of(
         left_out = np.flatnonzero((edges.mass == 0.0) & (background.met != ONE))
         probability[:, left_out] = np.eye(len(KINDS))[:, [NOISE]]
     return EdgeKinds(edges, sides, probability, share, used, found)
+
+
+def _levels_from(levels: Floats | None, lights: KnownLights | None) -> str:
+    """TOLD where there are levels; else what ``lights``, where any were found in the images, are."""
+    if levels is not None:
+        return TOLD
+    return LEARNT if lights is not None and lights.are_all else UNKNOWN
 
 
 def _falling_of(sides: Sides, background: Background, lights: KnownLights | None) -> Falling:

@@ -18,7 +18,7 @@ from geometry.pose import Pose
 from stack.exposure import light_powers, relative_exposure
 from vision_server.channels.depth import Raw
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.image_set import ImageSet
+from vision_server.image_set import ImageSet, SetImage
 from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings, estimate_pose
@@ -152,10 +152,9 @@ class PoseTask:
         """Take an image out of the set; its name stays taken, what it shows of light is remembered."""
         if image in self.retired:
             return
-        self.images.check([image])
-        if self.foresees:
-            self.lit[image] = self.reading(image)
-        self.images.remove(image)
+        removed = self.images.remove(image)
+        if self.foresees and image not in self.lit:
+            self.lit[image] = self._read(removed)
         self.retired.add(image)
         dropped = [name for name in self.applied if name not in self.images.images]
         for name in dropped[: max(len(dropped) - REMEMBERED, 0)] if self.foresees else dropped:
@@ -165,11 +164,14 @@ class PoseTask:
     def reading(self, image: str) -> LitImage:
         """An image of the scene as readings of brightness; its lights are those that were asked for."""
         if image not in self.lit:
-            channel, settings = self.images.images[image].statistics, self.applied[image]
-            powers = np.array(light_powers(self.describe.lights, settings.lights))
-            linear = channel.linear / np.float32(255.0)
-            self.lit[image] = LitImage(linear, self.exposure(settings), powers, channel.blur_px)
+            self.lit[image] = self._read(self.images.images[image])
         return self.lit[image]
+
+    def _read(self, image: SetImage) -> LitImage:
+        settings, channel = self.applied[image.name], image.statistics
+        powers = np.array(light_powers(self.describe.lights, settings.lights))
+        linear = channel.linear / np.float32(255.0)
+        return LitImage(linear, self.exposure(settings), powers, channel.blur_px)
 
     def expect(self, found: Estimate | None) -> None:
         """Take the target to be where it was found, if that is rather right: images are held against it."""
