@@ -18,7 +18,6 @@ from geometry.model import Model
 from geometry.pose import RIGHT
 from geometry.turns import spin_rad, turns_about_round_axes
 from numerics.arrays import Floats
-from vision_server.pose.rivals import explaining
 from vision_server.pose.spun import all_around
 from vision_server.pose.support import support_at
 from vision_server.pose.trust import RIVAL_NATS
@@ -35,19 +34,6 @@ TURNS_REFINED = 3  # of all around, those that most speaks for (by hand)
 # held at other edges after an arm had passed, off by 16 degrees, by 6 and less.
 CLEAR_NATS = 10.0
 SURE_LATELY_FRAMES = 5  # after a sure frame; later a turn has to be looked for all around (by hand)
-
-
-def turn_is_seen(found: Found, model: Model) -> bool:
-    """Whether a frame supports a pose more than those turned about an axis of a nearly round model."""
-    turns = turns_about_round_axes(model)
-    if not turns:
-        return True
-    spacing_px = TURNED_COARSENING * found.softness.spacing_px
-    own = support_at(found.problem, found.pose, spacing_px)
-    if own is None:
-        return False
-    turned = map(found.pose.compose, turns)
-    return not any(explaining(found.problem, turned, [(spacing_px, own.evidence - RIVAL_NATS)]))
 
 
 class RoundTurns:
@@ -74,8 +60,14 @@ class RoundTurns:
         self._sure_at = frame if seen else self._sure_at
         return seen, None
 
+    def is_seen(self, found: Found) -> bool:
+        """Whether a frame supports a pose more than those turned about an axis of a nearly round model."""
+        return self._are_less(found, range(len(self._turns)))
+
     def _are_less(self, found: Found, some: Collection[int]) -> bool:
         """Whether each of some turns is supported less than a pose."""
+        if not some:
+            return True
         spacing_px = TURNED_COARSENING * found.softness.spacing_px
         own = support_at(found.problem, found.pose, spacing_px)
         if own is None:

@@ -50,7 +50,7 @@ from vision_server.tracking.history import History
 from vision_server.tracking.motion import Innovation, Motion
 from vision_server.tracking.narrow import firmest
 from vision_server.tracking.rivals import Rivals
-from vision_server.tracking.round_parts import RoundTurns, turn_is_seen
+from vision_server.tracking.round_parts import RoundTurns
 from vision_server.tracking.searching import Searches
 from vision_server.tracking.strain import Strain
 from vision_server.tracking.tracked import State, Tracked
@@ -270,7 +270,7 @@ class Tracker:
         if found is not None:
             found, clear = firmest(found, self._sight, self._habits)
             pose, covariance, belief = found.pose, found.covariance, found.belief(self._rivals.ambiguity)
-            clear = clear and turn_is_seen(found, self.model)
+            clear = clear and self._round.is_seen(found)
         self._motion = Motion.at_rest(pose, covariance, self.model.middle)
         history.told(pose, believed)
         if believed:

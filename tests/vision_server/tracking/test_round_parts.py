@@ -16,7 +16,7 @@ from vision_server.tracking import round_parts
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.frame import Tone
-from vision_server.tracking.round_parts import RoundTurns, turn_is_seen
+from vision_server.tracking.round_parts import RoundTurns
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 LUG = np.array([[0.02, -0.01], [0.04, -0.01], [0.04, 0.01], [0.02, 0.01]])
@@ -46,7 +46,7 @@ def test_a_turn_is_seen_where_the_lug_is(tilt_deg: float, seen: bool) -> None:
     model = disc()
     pose = at(tilt_deg, 40.0, model)
     found = found_at(model, pose, pose)
-    assert turn_is_seen(found, model) == seen
+    assert RoundTurns(model).is_seen(found) == seen
     assert RoundTurns(model).asked(found, Habits.of(model), 0) == (seen, None)
 
 
