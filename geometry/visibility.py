@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.camera import Camera
-from geometry.chains import Arcs, arcs, chains
+from geometry.chains import arcs, chains
 from geometry.deformed import change_of
 from geometry.errors import GeometryError
 from geometry.hidden_lines import trace
@@ -60,17 +60,14 @@ class Samples(NamedTuple):
 def solid_of(model: Model) -> Solid:
     """Arrays of a model for `trace`; shared, not to be written to."""
     vertices, change = np.ascontiguousarray(model.vertices, dtype=np.float64), change_of(model)
-    if change is None:
-        found, chain = arcs(model), chains(model)
-    else:
-        before = solid_of(change.before)
-        found, chain = Arcs(before.leader, before.place, before.backwards), before.chain
+    before = None if change is None else solid_of(change.before)
+    found = arcs(model) if before is None else before
     return Solid(
         vertices,
         np.ascontiguousarray(model.lines, dtype=np.int64),
         np.ascontiguousarray(model.line_faces, dtype=np.int64),
         np.ascontiguousarray(model.smooth, dtype=np.bool_),
-        chain,
+        chains(model) if before is None else before.chain,
         found.leader,
         found.place,
         found.backwards,

@@ -30,17 +30,28 @@ def read_toml(file: Path, what: str) -> dict[str, Any]:
     BadInput : no such file, not readable, too large, not TOML.
     """
     try:
+        return tomllib.loads(read_content(file, what, "TOML").decode("utf-8"))
+    except ValueError as error:
+        raise BadInput(f"{file} is not valid TOML: {error}.", "Correct the file.") from None
+
+
+def read_content(file: Path, what: str, kind: str) -> bytes:
+    """What a file holds that is to be of a kind, such as TOML; `what` it is, for people.
+
+    Raises
+    ------
+    BadInput : no such file, not readable, too large.
+    """
+    try:
         with file.open("rb") as stream:
             content = stream.read(MOST_BYTES + 1)
-        if len(content) > MOST_BYTES:
-            raise BadInput(f"The {what} {file} has more than {MOST_BYTES} bytes.", "Give a TOML file.")
-        return tomllib.loads(content.decode("utf-8"))
     except FileNotFoundError:
         raise BadInput(f"There is no {what} {file}.", "Check the name.") from None
     except OSError as error:
         raise BadInput(f"Cannot read {what} {file}: {error.strerror or error}.", "Check the path.") from None
-    except ValueError as error:
-        raise BadInput(f"{file} is not valid TOML: {error}.", "Correct the file.") from None
+    if len(content) > MOST_BYTES:
+        raise BadInput(f"The {what} {file} has more than {MOST_BYTES} bytes.", f"Give a {kind} file.")
+    return content
 
 
 def as_table(values: Any, kind: type[T], file: Path) -> T:

@@ -55,8 +55,7 @@ def run(options: Namespace) -> int:
 
 def _judged(options: Namespace) -> dict[str, Any]:
     from geometry.errors import GeometryError
-    from geometry.visibility import visible_samples
-    from vision_server.commands.no_pose import LOOKED_AT_PX
+    from vision_server.commands.no_pose import is_out_of_frame
     from vision_server.pipeline import PipelineSettings
     from vision_server.serve.inputs import model_warning, read_camera_file, read_model, read_pose
     from vision_server.serve.results import judgement_result
@@ -68,7 +67,7 @@ def _judged(options: Namespace) -> dict[str, Any]:
     pose = read_pose(options.pose, model)
     if (doubt := model_warning(model, given.camera, pose)) is not None:
         warn(doubt)
-    if len(visible_samples(model, given.camera, pose, LOOKED_AT_PX).line) == 0:
+    if is_out_of_frame(model, given.camera, pose):
         warn("from the pose no line of the model is in the frame.")
     images, files, tone_sd_px = read_set(options, given.camera, given.table)
     names = list(files)

@@ -14,6 +14,11 @@ FEWEST_SEGMENTS = 4  # three lines in the image hold a pose, one more tells whet
 LOOKED_AT_PX = 4.0  # between samples, when it is asked whether anything of the model is in the frame
 
 
+def is_out_of_frame(model: Model, camera: Camera, pose: Pose) -> bool:
+    """Whether from a pose no line of the model is in the frame."""
+    return len(visible_samples(model, camera, pose, LOOKED_AT_PX).line) == 0
+
+
 def why_no_pose(
     segments: int, model: Model, camera: Camera, start: Pose | Anywhere, reach: SearchRange
 ) -> list[str]:
@@ -40,7 +45,7 @@ def why_no_pose(
         ]
     if size_warning(model, camera, start) is not None:
         return [f"the model would look {picture_px(model, camera, start):.3g} px wide, as said above."]
-    if len(visible_samples(model, camera, start, LOOKED_AT_PX).line) == 0:
+    if is_out_of_frame(model, camera, start):
         return [
             "from the seed pose no line of the model is in the frame. Correct the seed pose, or leave it out."
         ]

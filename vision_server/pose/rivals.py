@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 from geometry.near_symmetries import near_symmetries
@@ -10,7 +10,6 @@ from geometry.pose import Pose
 from geometry.symmetries import Symmetry
 from geometry.turns import free_turns
 from vision_server.pose.alternatives import image_of
-from vision_server.pose.observation import PoseProblem
 from vision_server.pose.places import apart, as_rival
 from vision_server.pose.ranking import COARSE_LACK_NATS, COARSENING, Refined
 from vision_server.pose.support import PoseSupport, support_at
@@ -139,23 +138,10 @@ def _nearly_as_likely(best: Refined, poses: Sequence[Pose]) -> Iterator[tuple[Po
     """Those of some poses, with their support, that explain RIVAL_LACK_NATS less than the best at most."""
     slacks = ((COARSENING, COARSE_LACK_NATS + RIVAL_LACK_NATS), (1.0, RIVAL_LACK_NATS))
     least = [(coarser * best.spacing_px, best.support.evidence - slack) for coarser, slack in slacks]
-    return explaining(best.problem, poses, least)
-
-
-def explaining(
-    problem: PoseProblem, poses: Iterable[Pose], least: Sequence[tuple[float, float]]
-) -> Iterator[tuple[Pose, PoseSupport]]:
-    """Those of some poses, with their support, that explain the images by more than so much.
-
-    Parameters
-    ----------
-    least
-        Spacings of the samples, px, and nats of evidence that a pose must surpass at each of them in turn.
-    """
     for pose in poses:
         support = None
         for spacing_px, nats in least:
-            support = support_at(problem, pose, spacing_px)
+            support = support_at(best.problem, pose, spacing_px)
             if support is None or support.evidence <= nats:
                 break
         else:

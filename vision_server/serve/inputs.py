@@ -17,7 +17,7 @@ from geometry.errors import GeometryError
 from geometry.model import Model, load_model, size_meant
 from geometry.pose import Pose
 from stack.format import CAMERA_ADVICE, GivenTargetTable, camera_file
-from stack.tables import read_toml
+from stack.tables import read_content, read_toml
 from vision_server.channels.depth import Raw
 from vision_server.matching.match import Anywhere
 
@@ -150,11 +150,7 @@ def _told_pose(path: Path, what: str) -> dict[str, Any]:
     if path.suffix.lower() != ".json":
         return read_toml(path, what)
     try:
-        told = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise BadInput(f"There is no {what} {path}.", "Check the name.") from None
-    except OSError as error:
-        raise BadInput(f"Cannot read {what} {path}: {error.strerror or error}.", "Check the path.") from None
+        told = json.loads(read_content(path, what, "JSON").decode("utf-8"))
     except (ValueError, RecursionError) as error:
         raise BadInput(
             f"{path} is not one JSON object: {error}.", "Give a single line of what track prints."
