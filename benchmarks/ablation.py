@@ -41,16 +41,17 @@ from geometry.model import Model, load_model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import RIGHT, TIGHT, Pose, disturbed
 from numerics.arrays import Floats
-from vision_server import judgement, pipeline
+from vision_server import pipeline
 from vision_server.channels.gradients import SCALES_PX
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose import blending, likely, line_scales, observation, profiles, ranking, rivals, settling
-from vision_server.pose.stretch import stretched
+from vision_server.pose import blending, line_scales, observation, profiles
 from vision_server.serve.inputs import read_camera
+from vision_server.trust import judgement, likely, ranking, rivals, settling
+from vision_server.trust.stretch import stretched
 
 Patch = tuple[object, str, Any]
 

@@ -2,8 +2,8 @@
 
     .venv/bin/python -m benchmarks.constants --stacks DIR [--every 1] [--starts 1] MODULE ...
 
-MODULE is one such as vision_server.pose.ranking, or a constant, as vision_server.pose.ranking.MOST_BESIDE. Of
-tuples all numbers are halved or doubled; a share between a half and one goes half of the way to 1 instead.
+MODULE is one such as vision_server.trust.ranking, or a constant, as vision_server.trust.ranking.MOST_BESIDE.
+Of tuples all numbers are halved or doubled; a share between a half and one goes half of the way to 1 instead.
 Constants of compiled kernels are named and left out: a kernel keeps the value that it was compiled with. One
 JSON object for each, beside the default: estimates that are right and tight, wrong ones that are trusted, and
 what was gained and lost, as `benchmarks.ablation` has them. --stacks may be given again; --every takes each

@@ -21,7 +21,7 @@ from geometry.model import TARGETS, Model, load_model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of, vector_of
 from numerics.arrays import Flags, Floats, Grey
-from vision_server.pose.stretch import stretched
+from vision_server.trust.stretch import stretched
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 KINDS = ("calm", "fast", "eighth", "arm", "lights", "leaving", "another", "printed", "stretched")

@@ -41,9 +41,9 @@ from geometry.symmetries import Symmetry, symmetry_of
 from numerics.arrays import Grey
 from report.overlay import draw_overlay
 from vision_server.image_set import ImageSet
-from vision_server.judgement import Estimate
 from vision_server.matching import Anywhere
 from vision_server.pipeline import estimate_pose
+from vision_server.trust.judgement import Estimate
 
 TARGETS = ("machined", "prisms", "plate", "satellite", "wheel", "flange")
 # Segments to a circle, or lines.

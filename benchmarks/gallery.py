@@ -29,9 +29,9 @@ from numerics.arrays import Grey
 from report.overlay import draw_overlay
 from vision_server.edges.suppression import edge_picture
 from vision_server.image_set import ImageSet
-from vision_server.judgement import Estimate
 from vision_server.matching import Anywhere
 from vision_server.pipeline import estimate_pose
+from vision_server.trust.judgement import Estimate
 
 IMAGES = Path(__file__).resolve().parent.parent / "docs" / "images"
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)

@@ -18,7 +18,7 @@ from benchmarks import povray
 from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Floats
-from vision_server.pose.stretch import stretched
+from vision_server.trust.stretch import stretched
 
 KINDS = "ABCEN"
 SHORTER = 0.8  # along another axis, of what the part is longer along one

@@ -42,9 +42,10 @@ from vision_server.edges.kinds import EdgeKinds, edge_kinds
 from vision_server.edges.likelihoods import HIGHLIGHT, PRINT, SHADOW
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import PipelineSettings, pose_of_segments
-from vision_server.pose import hypotheses, line_scales, observation
+from vision_server.pose import line_scales, observation
 from vision_server.pose.edge_points import EdgePoints, search
 from vision_server.segments.extraction import extract_segments
+from vision_server.trust import hypotheses
 
 Search = Callable[[Any, Any, Normals], EdgePoints]
 

@@ -26,10 +26,10 @@ from benchmarks.photographs import Photograph, Studio, image_set, stack_studio
 from geometry.pose import Pose, disturbed
 from report.overlay import draw_overlay
 from vision_server.image_set import ImageSet
-from vision_server.judgement import Estimate
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose, pose_of_segments
 from vision_server.segments.extraction import extract_segments
+from vision_server.trust.judgement import Estimate
 
 WAYS = ("middle", "best single", "three merged", "three united", "bracket merged")
 RANGE = SearchRange()

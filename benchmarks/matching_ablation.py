@@ -36,9 +36,9 @@ from vision_server.matching.match import Problem, distinct, matching_problem
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
 from vision_server.matching.search import COARSE_SPACING_PX, MOST_HYPOTHESES, Effort, finished
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import best_first
 from vision_server.rivals.genetic import GENERATIONS, POPULATION, evolved, match_genetic
 from vision_server.segments.extraction import extract_segments
+from vision_server.trust.ranking import best_first
 
 Matcher = Callable[[Floats, Model, Camera, Pose, int], list[Pose]]
 

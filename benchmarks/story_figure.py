@@ -26,8 +26,8 @@ from numerics.arrays import Grey
 from report.overlay import draw_overlay
 from stack.exposure import relative_exposure
 from vision_server.image_set import ImageSet
-from vision_server.judgement import Estimate
 from vision_server.pipeline import estimate_pose
+from vision_server.trust.judgement import Estimate
 
 ROOT = Path(__file__).resolve().parent.parent
 DEFAULT = ROOT / "docs" / "images" / "story.png"

@@ -36,9 +36,9 @@ from geometry.symmetries import Symmetry, symmetry_of
 from numerics.arrays import Flags, Floats, Grey, Ints
 from numerics.kernels import kernel
 from vision_server.image_set import ImageSet
-from vision_server.judgement import Estimate
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose.alternatives import turned_towards
+from vision_server.trust.alternatives import turned_towards
+from vision_server.trust.judgement import Estimate
 
 PLATE_M = (0.20, 0.15, 0.03)
 FINER = 4  # samples across a pixel

@@ -1,4 +1,4 @@
-"""What the constants of `vision_server.pose.trust` come from: estimates of drawn scenes, right and wrong.
+"""What the constants of `vision_server.trust.probability` come from: estimates of drawn scenes.
 
     .venv/bin/python -m benchmarks.ray_traced_stacks SCENES MODEL... --hard
     .venv/bin/python -m benchmarks.trust_fit collect SCENES/* --simulated 140 [--seed 1] --out ROWS.jsonl
@@ -32,8 +32,8 @@ from benchmarks import trust_rows
 from benchmarks.photographs import Studio
 from benchmarks.trust_rows import Row
 from numerics.arrays import Flags, Floats
-from vision_server.pose import trust
-from vision_server.pose.trust import Coefficients, LineAgreement
+from vision_server.trust import probability
+from vision_server.trust.probability import Coefficients, LineAgreement
 
 WRONG_MODELS = 0.3  # what an estimate with a wrong model counts in the fit, beside 1
 RIDGE = 0.3  # on the squared coefficients
@@ -100,7 +100,7 @@ def _agreement(row: Row) -> LineAgreement:
 
 def chance(by: Coefficients, evidence: Sequence[dict[str, Any]]) -> Floats:
     """Probability that poses are right (N,), by these coefficients, from their `inputs`."""
-    told = [trust.confidence(**one, by=by) for one in evidence]
+    told = [probability.confidence(**one, by=by) for one in evidence]
     return np.clip(told, LEAST_CHANCE, 1.0 - LEAST_CHANCE)
 
 
@@ -111,7 +111,7 @@ def fitted(rows: Sequence[Row], settled: bool = True) -> Coefficients:
     free = OF_LAST_STEP if settled else BY_LINES
 
     def with_own(own: Floats) -> Coefficients:
-        return trust.FITTED._replace(**dict(zip(free, own.tolist(), strict=True)))
+        return probability.FITTED._replace(**dict(zip(free, own.tolist(), strict=True)))
 
     def loss(own: Floats) -> float:
         p = chance(with_own(own), evidence)
@@ -136,7 +136,7 @@ def fit(
     # a pose that is right in spite of its model, or looks so, is neither to be believed nor to be doubted
     rows = [row for row in rows if row["right"] or row["model"] == "true" or not _looks_right(row)]
     if today:
-        p = chance(trust.FITTED, inputs(rows, not by_lines))
+        p = chance(probability.FITTED, inputs(rows, not by_lines))
     else:
         constants = {name: round(value, 2) for name, value in fitted(rows, not by_lines)._asdict().items()}
         print(json.dumps({"name": "trust coefficients", "estimates": len(rows), **constants}))

@@ -25,10 +25,10 @@ from geometry.rotation import matrix_of
 from geometry.visibility import visible_samples
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.simulator import Simulator
-from vision_server.judgement import Estimate
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose.stretch import stretched
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.stretch import stretched
 
 Row = dict[str, Any]
 

@@ -21,19 +21,19 @@ from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
-from vision_server.judgement import Estimate, about_origin, judged, with_poses
 from vision_server.matching import Anywhere, Hypothesis, SearchRange, match_search
 from vision_server.matching.draws import beyond_of, in_range_of
 from vision_server.matching.match import ideal_segments, worth_refining
 from vision_server.matching.search import match_near
-from vision_server.pose.all_sides import of_most_evidence
-from vision_server.pose.likely import Likely, last_step, likely_of
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import best_first, nowhere
-from vision_server.pose.rivals import anywhere, likeliest_first, rivals_of
-from vision_server.pose.spun import unseen_turns
 from vision_server.rivals.genetic import match_genetic
 from vision_server.segments.extraction import extract_segments, extract_with_pieces
+from vision_server.trust.all_sides import of_most_evidence
+from vision_server.trust.judgement import Estimate, about_origin, judged, with_poses
+from vision_server.trust.likely import Likely, last_step, likely_of
+from vision_server.trust.ranking import best_first, nowhere
+from vision_server.trust.rivals import anywhere, likeliest_first, rivals_of
+from vision_server.trust.spun import unseen_turns
 
 LOOKED_AT = 10  # hypotheses, at first sight
 SURE_SCORE = 1.0 - 1.0 / 15.0  # from here on a session ends with a pose: domain/reasoning/merit.pl

@@ -4,7 +4,8 @@ from types import ModuleType
 
 from benchmarks.constants import holders, in_kernels, named, scaled
 from vision_server.matching import icp
-from vision_server.pose import ranking, refinement
+from vision_server.pose import refinement
+from vision_server.trust import ranking
 
 
 def test_numbers_are_halved_and_doubled_and_shares_stay_shares() -> None:
@@ -28,8 +29,8 @@ def test_constants_of_kernels_are_told() -> None:
 
 
 def test_of_a_module_its_own_constants_are_meant() -> None:
-    module, names = named("vision_server.pose.ranking")
-    assert module == "vision_server.pose.ranking"
+    module, names = named("vision_server.trust.ranking")
+    assert module == "vision_server.trust.ranking"
     assert {"ONE_OPTIMUM", "COARSE_REACHES_PX", "COARSENING"} <= set(names)
     assert "EXACT_REACH_PX" not in names
-    assert named("vision_server.pose.ranking.MOST_BESIDE") == (module, ["MOST_BESIDE"])
+    assert named("vision_server.trust.ranking.MOST_BESIDE") == (module, ["MOST_BESIDE"])

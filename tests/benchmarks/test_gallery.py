@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from benchmarks.gallery import CAMERA, PANEL_PX, failures, panels, parts, told
-from vision_server.judgement import Estimate
+from vision_server.trust.judgement import Estimate
 
 
 def test_six_parts_are_whole_in_the_frame() -> None:

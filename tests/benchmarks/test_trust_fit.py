@@ -14,7 +14,7 @@ from geometry.model import Model
 from image_server.simulator.simulator import Simulator
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, one_image, photographed
 from vision_server.pipeline import estimate_pose
-from vision_server.pose.trust import FAR_ASTRAY, FITTED, RIGHT_OF_WRONG_MODEL, SETTLED_ODDS_POWER
+from vision_server.trust.probability import FAR_ASTRAY, FITTED, RIGHT_OF_WRONG_MODEL, SETTLED_ODDS_POWER
 
 
 def rows(count: int) -> list[dict[str, object]]:

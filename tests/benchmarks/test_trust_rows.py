@@ -5,8 +5,8 @@ import pytest
 
 from benchmarks.trust_rows import apart_px, models, rows_of, simulated, strata_of
 from geometry.model import find_target, load_model
-from vision_server.judgement import Estimate
-from vision_server.pose.stretch import stretched
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.stretch import stretched
 
 
 def test_one_model_of_three_is_true() -> None:

@@ -14,12 +14,12 @@ from numerics.arrays import Floats, Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.image_set import ImageSet
-from vision_server.judgement import Estimate
 from vision_server.matching import Hypothesis, match_search
 from vision_server.pipeline import MATCHERS, SURE_SCORE, PipelineSettings, estimate_pose
-from vision_server.pose.support import CAP_PX
-from vision_server.pose.trust import ambiguity, confidence, quality
 from vision_server.serve.results import estimate_result
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.probability import ambiguity, confidence, quality
+from vision_server.trust.support import CAP_PX
 
 
 def estimated(

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from geometry.camera import Camera
     from geometry.model import Model
     from geometry.pose import Pose
-    from vision_server.judgement import Estimate
     from vision_server.matching.match import Anywhere, SearchRange
+    from vision_server.trust.judgement import Estimate
 
 
 def _check_use(options: Namespace) -> None:

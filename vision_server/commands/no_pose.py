@@ -6,9 +6,9 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import visible_samples
-from vision_server.judgement import LEAST_BY_LINES, Estimate
 from vision_server.matching.match import Anywhere, SearchRange
 from vision_server.serve.inputs import picture_px, size_warning
+from vision_server.trust.judgement import LEAST_BY_LINES, Estimate
 
 FEWEST_SEGMENTS = 4  # three lines in the image hold a pose, one more tells whether it is right
 LOOKED_AT_PX = 4.0  # between samples, when it is asked whether anything of the model is in the frame

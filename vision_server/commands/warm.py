@@ -83,9 +83,9 @@ def warm_up() -> None:
 def refine() -> None:
     """Find the kinds of a cube's edges, and refine its pose."""
     from vision_server.edges.kinds import edge_kinds
-    from vision_server.pose.likely import last_step
     from vision_server.pose.observation import PoseProblem
-    from vision_server.pose.ranking import best_first
+    from vision_server.trust.likely import last_step
+    from vision_server.trust.ranking import best_first
 
     model, camera, pose, images = _photographed_cube()
     edge_kinds([image.statistics for image in images.images.values()])

@@ -1,35 +1,11 @@
-"""From candidate poses to one refined pose, its covariance, and how far it can be trusted.
+"""From a pose that is nearly right to the one that the edges of all channels give, and its covariance.
 
-The way of an estimate, with what each step makes of a pose (`vision_server.pipeline` is the caller):
+One refinement (`refinement`) repeats: where the visible lines are and what the images show along them
+(`observation`), which edge points are theirs (`edge_points`, `association`, `hough`), what these count
+(`weights`, `line_scales`), the step (`solver`). `courses` puts the edge points of a line together, for the
+last step (`vision_server.trust.settling`); `covariance` says how exact a pose is by what its lines leave.
 
-1. The matcher's hypotheses are refined coarsely and the best of them to the end: `ranking.best_first` with a
-   seed pose, `all_sides.of_most_evidence` at first sight. Both also try what a small step does not lead to:
-   turns about the axis of a round part (`spun`), near symmetries, and poses beside (`hypotheses`). Each makes
-   a `Refined`. One refinement (`refinement`) repeats: where the visible lines are (`observation`), which edge
-   points are theirs (`edge_points`, `association`), what these count (`weights`), the step (`solver`).
-2. `likely` at first sight, `rivals.likeliest_first` otherwise: which of them goes first.
-3. The last step (`settling`): lines as wholes (`courses`), most off by little and a few by much. It makes a
-   `Settled`, with the covariance, and how well the lines agree. Tracking fits whole lines in its own way,
-   since each of its frames has the lines of those before: `vision_server.tracking.fitting`.
-4. Rivals: `rivals` of the pose with a seed, `alternatives` for all poses that a first sight tells.
-5. `vision_server.judgement` puts together what is said: is the model true (`stretch`), is it the right way
-   round (`other_hand`), how sure is the pose (`trust`). It makes the `Estimate`.
-
-What says how good a pose is, from the plainest to what is told:
-
-==========================  =====================  =========================================================
-``strength``                0 to 1, of `support`   how near edges are to the visible lines, in the mean
-``supported_fraction``      0 to 1, of `support`   share of the visible length with an edge on it
-``rms_px``                  px, of `support`       distance to the edges, where there is none CAP_PX
-``quality``                 1/px, of `trust`       these three in one: ranks poses around a seed pose
-``evidence``                nats, of `support`     log likelihood of all lines over chance: weighs rivals
-``evidence_together``       nats, of `support`     the same, lines that are hidden together counted once:
-                                                   compares poses that show different sides
-``confirmed``, ``missing``  nats, share            the lines that speak for a pose, and those not seen
-``LineAgreement``           of `settling`          lines that lie where the last step has them, their scatter
-``belief``                  0 to 1, of `trust`     from these: that the pose is the right one, however exact
-``confidence``              0 to 1, of `trust`     ``belief``, and that the pose is exact enough: the score
-``probability``             0 to 1, of `likely`    of each pose of a first sight: its share of the evidence,
-                                                   times ``confidence``
-==========================  =====================  =========================================================
+What draws an edge away from its line is each in a file of its own: `blending` (edges beside each other),
+`curved_edges`, `roundings`, `outline_shading` and `outline_profiles` (outlines of smooth surfaces),
+`profiles`. Which of many poses is the right one, and how surely, is asked in `vision_server.trust`.
 """

@@ -8,8 +8,8 @@ import numpy as np
 
 from geometry.visibility import Samples
 from numerics.arrays import Floats
-from vision_server.pose.support import BY_CHANCE, MISSING_SUPPORT, MOST_RUNS, RUN_PX, SEEN
-from vision_server.pose.trust import FITTED, MOST_CONFIRMED, SOME_MISSING
+from vision_server.trust.probability import FITTED, MOST_CONFIRMED, SOME_MISSING
+from vision_server.trust.support import BY_CHANCE, MISSING_SUPPORT, MOST_RUNS, RUN_PX, SEEN
 
 
 class Belief:

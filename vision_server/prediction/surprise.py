@@ -12,9 +12,9 @@ import numpy as np
 
 from geometry.pose import Pose
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import Refined, refined
-from vision_server.pose.support import PoseSupport, support_at
-from vision_server.pose.trust import quality
+from vision_server.trust.probability import quality
+from vision_server.trust.ranking import Refined, refined
+from vision_server.trust.support import PoseSupport, support_at
 
 # How they were chosen: benchmarks/surprises.py counts moves that are told, and false alarms.
 MISSING = 0.45  # supported share of the lines from which on they are where they were

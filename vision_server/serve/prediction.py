@@ -15,12 +15,12 @@ from geometry.pose import Pose
 from numerics.arrays import Floats, Ints
 from stack.exposure import light_powers
 from vision_server.pose.observation import PoseProblem, observe
-from vision_server.pose.support import CAP_PX, support_of
 from vision_server.prediction.information import Candidates, Forecast, Sensor, View, blur_inputs
 from vision_server.prediction.response import LitImage
 from vision_server.prediction.search import climb
 from vision_server.prediction.straying import line_scatter
 from vision_server.serve.task import PoseTask
+from vision_server.trust.support import CAP_PX, support_of
 
 SPACING_PX = 3.0  # of samples: a third of what an estimate looks at
 LIGHT_STEPS = 1 / 4, 1 / 8  # of a light's levels, that search turns it by; chosen by hand

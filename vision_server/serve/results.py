@@ -10,7 +10,7 @@ import numpy as np
 
 from bridge.start_messages import EstimateTold
 from geometry.pose import Pose
-from vision_server.judgement import Estimate
+from vision_server.trust.judgement import Estimate
 
 if TYPE_CHECKING:
     from vision_server.tracking.referee import Judgement

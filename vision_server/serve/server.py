@@ -34,7 +34,6 @@ from geometry.pose import Pose
 from stack.format import FrameTable
 from stack.read import recorded_frames, recorded_seed_pose
 from vision_server.channels.image_files import read_pixels
-from vision_server.judgement import Estimate
 from vision_server.serve.described import camera_doubt
 from vision_server.serve.files import ANY_FILES, Files
 from vision_server.serve.inputs import model_warning, picture_px
@@ -44,6 +43,7 @@ from vision_server.serve.results import estimate_result, model_wrong, restored_e
 from vision_server.serve.sessions import Session, Sessions
 from vision_server.serve.taking import taken
 from vision_server.serve.task import PoseTask
+from vision_server.trust.judgement import Estimate
 
 RETRIES = 29  # about one a second: an image server that died may be there again, and answers nothing twice
 

@@ -19,7 +19,6 @@ from stack.exposure import light_powers, relative_exposure
 from vision_server.channels.depth import Raw
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet, SetImage
-from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.prediction.response import LitImage
@@ -27,6 +26,7 @@ from vision_server.serve import parameters
 from vision_server.serve.inputs import checked_tolerance
 from vision_server.serve.recorder import Recorder
 from vision_server.serve.statistics import frame_statistics, lit_region, target_region
+from vision_server.trust.judgement import Estimate
 
 if TYPE_CHECKING:
     from vision_server.tracking.tracker import Tracker

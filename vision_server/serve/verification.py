@@ -18,11 +18,11 @@ from geometry.pose import Pose
 from stack.format import STACK_FILE
 from stack.read import FramesStack, describe_stack, load_stack
 from stack.write import file_sha256
-from vision_server.judgement import Estimate
 from vision_server.serve.opening import open_task
 from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result
 from vision_server.serve.task import PoseTask
+from vision_server.trust.judgement import Estimate
 
 SAME_SIGMAS = 0.01  # poses no more stated standard deviations apart are the same; chosen by hand
 SAME = 1e-3  # of other numbers, relative: another processor's arithmetic may differ; chosen by hand

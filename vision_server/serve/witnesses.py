@@ -14,12 +14,12 @@ from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import refined
-from vision_server.pose.support import support_at
 from vision_server.prediction.surprise import MISSING, REACHES_PX, SPACING_PX, clearly_elsewhere, moved_to
 from vision_server.serve.inputs import checked_pose
 from vision_server.serve.results import judgement_result
 from vision_server.tracking.referee import judged
+from vision_server.trust.ranking import refined
+from vision_server.trust.support import support_at
 
 if TYPE_CHECKING:
     from bridge.vision_messages import CheckArgs

@@ -9,14 +9,14 @@ import numpy as np
 from geometry.model import Model
 from geometry.pose import Pose, origin_jacobian
 from numerics.arrays import Flags, Floats
-from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pose.covariance import uncertainty
-from vision_server.pose.support import MISSING_SUPPORT, PoseSupport
-from vision_server.pose.trust import belief, shared
 from vision_server.tracking.chances import NORMAL_DRAWS
 from vision_server.tracking.following import Found
 from vision_server.tracking.rivals import Rivals
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.probability import belief, shared
+from vision_server.trust.support import MISSING_SUPPORT, PoseSupport
 
 # Probabilities, by hand: a pose is believed from the first on, stays believed from one frame to the next from
 # the second on, and is followed at all from the third on. Less lets look-alikes in, more loses dim frames.

@@ -18,12 +18,9 @@ from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from numerics.arrays import Floats
 from vision_server.channels.depth import Pixels
-from vision_server.pose.alternatives import EQUIVALENT_WITHIN
 from vision_server.pose.covariance import uncertainty
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
-from vision_server.pose.support import PoseSupport, support_of
-from vision_server.pose.trust import ERROR_OVER_SD, RIVAL_NATS, belief, quality, shared
 from vision_server.tracking.beside import Beside, beside
 from vision_server.tracking.fitting import Fit, Habits, fitted
 from vision_server.tracking.frame import Tone, problem_of, window
@@ -31,6 +28,9 @@ from vision_server.tracking.motion import Motion
 from vision_server.tracking.outermost import outermost
 from vision_server.tracking.softness import Softness
 from vision_server.tracking.strain import is_strained
+from vision_server.trust.alternatives import EQUIVALENT_WITHIN
+from vision_server.trust.probability import ERROR_OVER_SD, RIVAL_NATS, belief, quality, shared
+from vision_server.trust.support import PoseSupport, support_of
 
 # By hand. Edges are looked for this far from lines near a pose that the motion foresaw; around others 28 px
 # far, in pictures of a quarter and half of the size. Farther around, more that is not the target is met.
@@ -78,7 +78,7 @@ class Found:
         return belief(self.support, 0.0, uncertainty(self.covariance, self.pose.translation) / ERROR_OVER_SD)
 
     def belief(self, ambiguity: float) -> float:
-        """Probability that this is where the target is, however exactly, see `trust.belief`."""
+        """Probability that this is where the target is, however exactly, see `probability.belief`."""
         return shared(self._own_belief, ambiguity)
 
     @property

@@ -18,13 +18,13 @@ from geometry.model import Model
 from geometry.pose import RIGHT, Pose
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
-from vision_server.pose.ranking import ONE_BASIN
 from vision_server.pose.steps import moved, turning_point
-from vision_server.pose.trust import RIVAL_NATS
 from vision_server.tracking.acceptance import EXACT_WITHIN, SURE, is_exact
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import MOST_CLIMBS, Found, Sight, looked_again
 from vision_server.tracking.motion import about
+from vision_server.trust.probability import RIVAL_NATS
+from vision_server.trust.ranking import ONE_BASIN
 
 NARROW_PX = 5.0  # width of a face across a line, as far as edges are looked for around the line (by hand)
 ANOTHER_BEYOND = RIGHT  # of two poses farther apart one is wrong

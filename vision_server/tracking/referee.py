@@ -20,22 +20,22 @@ from geometry.pose import RIGHT, Pose, PoseError
 from geometry.turns import right_turns, turns_about_round_axes
 from numerics.arrays import Floats
 from vision_server.image_set import ImageSet
-from vision_server.judgement import Estimate
 from vision_server.pipeline import PipelineSettings, pose_of_segments
 from vision_server.pose.covariance import pose_covariance, share_within, uncertainty
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import COARSENING, FINE_REACHES_PX, ONE_BASIN, TURNED_LACK_NATS, refined
 from vision_server.pose.refinement import EXACT_REACH_PX, REACHES_PX, refine
 from vision_server.pose.sampling import spacing_for
-from vision_server.pose.spun import spun
-from vision_server.pose.support import PoseSupport, evidence_at, support_at
-from vision_server.pose.trust import ERROR_OVER_SD, RIVAL_NATS, confidence, quality
 from vision_server.segments.extraction import extract_segments
 from vision_server.tracking.beside import beside
 from vision_server.tracking.chances import LEAST_ODDS, Chance, Chances, agreement, of_images, probability
 from vision_server.tracking.fitting import Habits, fitted
 from vision_server.tracking.following import MOST_PASSES, SETTLED_PX
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.probability import ERROR_OVER_SD, RIVAL_NATS, confidence, quality
+from vision_server.trust.ranking import COARSENING, FINE_REACHES_PX, ONE_BASIN, TURNED_LACK_NATS, refined
+from vision_server.trust.spun import spun
+from vision_server.trust.support import PoseSupport, evidence_at, support_at
 
 Verdict = Literal["ok", "doubtful", "lost"]
 

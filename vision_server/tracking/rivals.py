@@ -7,11 +7,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from geometry.pose import Pose
-from vision_server.judgement import Estimate
-from vision_server.pose.alternatives import EQUIVALENT_WITHIN
-from vision_server.pose.support import support_at
-from vision_server.pose.trust import RIVAL_NATS, SHARED
 from vision_server.tracking.following import Found
+from vision_server.trust.alternatives import EQUIVALENT_WITHIN
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.probability import RIVAL_NATS, SHARED
+from vision_server.trust.support import support_at
 
 # By hand. A target that has turned so far shows another side; a frame in which it has turned less tells the
 # less of its rivals.

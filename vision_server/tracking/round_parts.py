@@ -18,12 +18,12 @@ from geometry.model import Model
 from geometry.pose import RIGHT
 from geometry.turns import spin_rad, turns_about_round_axes
 from numerics.arrays import Floats
-from vision_server.pose.spun import all_around
-from vision_server.pose.support import support_at
-from vision_server.pose.trust import RIVAL_NATS
 from vision_server.tracking.acceptance import HELD
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, looked_again
+from vision_server.trust.probability import RIVAL_NATS
+from vision_server.trust.spun import all_around
+from vision_server.trust.support import support_at
 
 TURNED_COARSENING = 2.0  # samples are so much sparser, as turns are many (by hand)
 # After a sure frame so many turns are asked about that were the likeliest when last asked about, and one

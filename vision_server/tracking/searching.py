@@ -14,15 +14,15 @@ import numpy as np
 from geometry.pose import SEARCH_ROTATION_DEG, Pose, search_translation_px
 from vision_server.channels.depth import Pixels
 from vision_server.image_set import ImageSet
-from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose.trust import quality
 from vision_server.tracking.acceptance import HELD, STAYS, SURE, found_belief, is_elsewhere, is_whole
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.frame import FRAME_NAME
 from vision_server.tracking.history import History
 from vision_server.tracking.usual import Usual
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.probability import quality
 
 # By hand: a search costs as much as an estimate. Of so many searches that are not believed in a row, one
 # looks without a pose to start from. A lost target is searched in each frame, a followed one in each sixth.

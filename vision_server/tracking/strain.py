@@ -14,8 +14,8 @@ from geometry.pose import Pose
 from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, refine
-from vision_server.pose.stretch import significance_of, strain_of
-from vision_server.pose.trust import USUAL_STRETCH_CHI2
+from vision_server.trust.probability import USUAL_STRETCH_CHI2
+from vision_server.trust.stretch import significance_of, strain_of
 
 # Of an axis beside the mean of all three. Of sure frames of three films with a model 5 to 15 % too long half
 # have more than 0.03 to 0.07; of films with the true one, of printed boxes and of a real cube nine in ten

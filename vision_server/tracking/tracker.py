@@ -37,10 +37,8 @@ from geometry.pose import Pose
 from numerics.arrays import Floats
 from vision_server.channels.depth import Pixels
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
-from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings
-from vision_server.pose.trust import ERROR_OVER_SD, quality
 from vision_server.tracking import acceptance
 from vision_server.tracking.clock import Clock
 from vision_server.tracking.fitting import Habits
@@ -56,6 +54,8 @@ from vision_server.tracking.strain import Strain
 from vision_server.tracking.tracked import State, Tracked
 from vision_server.tracking.turning import Turning
 from vision_server.tracking.usual import Usual
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.probability import ERROR_OVER_SD, quality
 
 Seen = tuple[State, Pose | None, Floats | None, dict[int, float] | None]
 """State, pose, covariance, and the share of each visible line that is seen: as in `Tracked`."""

@@ -17,9 +17,9 @@ from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
 from geometry.symmetries import symmetry_of
 from geometry.turns import right_turns, round_axes
-from vision_server.judgement import Estimate
-from vision_server.pose.trust import SHARED
 from vision_server.tracking.acceptance import SURE, is_whole
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.probability import SHARED
 
 # Chosen by hand: beside what a pose may be off, 3 degrees a frame at 30 a second.
 AT_ONCE_DEG, RATE_DEG_S = 15.0, 90.0

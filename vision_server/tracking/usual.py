@@ -12,9 +12,9 @@ from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Flags, Floats
 from vision_server.channels.depth import Pixels
-from vision_server.pose.support import PoseSupport
-from vision_server.pose.trust import quality
 from vision_server.tracking.acceptance import keeps
+from vision_server.trust.probability import quality
+from vision_server.trust.support import PoseSupport
 
 # By hand, of the quality that is usual in its light: a frame with less than the first share is looked at
 # again, one with less than the second is not believed.

@@ -17,9 +17,9 @@ from vision_server.channels.channel import channel_statistics
 from vision_server.channels.depth import PER_GREY, Raw, in_grey, rounded, rounding_sd, stretched
 from vision_server.channels.image_files import read_grey, read_image_set
 from vision_server.channels.noise import grey_noise
-from vision_server.judgement import Estimate
 from vision_server.pipeline import estimate_pose
 from vision_server.tracking.tracker import Tracker
+from vision_server.trust.judgement import Estimate
 
 FACES = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 TEN_BITS, SIXTEEN_BITS = 1023.0, 65535.0

@@ -10,7 +10,7 @@ from tests.vision_server.synthetic import CAMERA, linear_picture, photographed
 from vision_server.pose.along_lines import _near_pairs
 from vision_server.pose.association import PAST_PX, associate
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import refined
+from vision_server.trust.ranking import refined
 
 EDGE_ON = Pose(np.array([0.3, 0.03, 0.0]), np.array([-0.05, -0.004, 0.45]))
 """One face is seen at a grazing angle: two of its edges are some 2 px apart."""

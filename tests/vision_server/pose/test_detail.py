@@ -9,9 +9,9 @@ from benchmarks.synthetic_parts import estimated, random_part, random_view, rend
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import disturbed
-from vision_server.pose import ranking
 from vision_server.pose.observation import Observation, PoseProblem, observe
-from vision_server.pose.ranking import MOST_COMPARED_CURVES, fewer_lines
+from vision_server.trust import ranking
+from vision_server.trust.ranking import MOST_COMPARED_CURVES, fewer_lines
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 
@@ -48,8 +48,8 @@ def test_few_looks_take_in_all_lines(monkeypatch: pytest.MonkeyPatch) -> None:
         looks.append(len(problem.model.lines))
         return observe(problem, *others, **named)
 
-    for module in ("support", "refinement"):
-        monkeypatch.setattr(f"vision_server.pose.{module}.observe", noted)
+    for module in ("trust.support", "pose.refinement"):
+        monkeypatch.setattr(f"vision_server.{module}.observe", noted)
     found = estimated(pixels, model, CAMERA, disturbed(true, rng, 25.0, 40.0, CAMERA.fx))
     assert found.pose is not None
     assert found.pose.error_to(true).within(0.2, 0.002)

@@ -10,9 +10,9 @@ from tests.vision_server.synthetic import CAMERA, POSE, linear_picture
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.gradients import gradient_channel
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import refined
-from vision_server.pose.support import support_at
 from vision_server.prediction.surprise import REACHES_PX, SPACING_PX, clearly_elsewhere, moved_to
+from vision_server.trust.ranking import refined
+from vision_server.trust.support import support_at
 
 GREYS = (0.2, 0.8, 0.4, 0.6, 0.3, 0.7)
 

@@ -12,10 +12,10 @@ from bridge.start_messages import StartArgs
 from geometry.model import find_target
 from geometry.pose import Pose
 from stack.tables import read_toml
-from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
 from vision_server.serve.task import PoseTask
+from vision_server.trust.judgement import Estimate
 
 CAMERA = "[camera]\nwidth = 64\nheight = 48\nfx = 80.0\nfy = 80.0\ncx = 31.5\ncy = 23.5\n"
 SEED = PoseMessage(rotation_vector=(0.0, 0.0, 0.0), translation=(0.0, 0.0, 1.0))

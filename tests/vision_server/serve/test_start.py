@@ -45,7 +45,7 @@ from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, 
 from vision_server.commands.warm import drawn
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose.other_hand import other_ways
+from vision_server.trust.other_hand import other_ways
 
 model = load_model(TARGETS / "fixture.cao")
 camera = Camera(400, 300, 500.0, 500.0, 199.5, 149.5)

@@ -13,9 +13,7 @@ from bridge.start_messages import CauseTold, StartArgs
 from geometry.pose import Pose
 from image_server.simulator.simulator import Simulator
 from tests.vision_server.serve.running import SETTINGS, Running, asked
-from vision_server import judgement
 from vision_server.matching.match import Anywhere
-from vision_server.pose.trust import Misfit
 from vision_server.prediction.causes import Cause
 from vision_server.prediction.response import LitImage
 from vision_server.serve import unforeseen
@@ -23,6 +21,8 @@ from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import outputs
 from vision_server.serve.task import REMEMBERED, Happened, PoseTask
 from vision_server.serve.unforeseen import images_of_scene, restore
+from vision_server.trust import judgement
+from vision_server.trust.probability import Misfit
 
 FULL = Settings(lights=(7, 7, 7), shutter_s=1 / 60, aperture=4.0)
 

@@ -10,9 +10,6 @@ import pytest
 
 from geometry.pose import Pose
 from numerics.arrays import Floats
-from vision_server.judgement import Estimate
-from vision_server.pose.support import PoseSupport
-from vision_server.pose.trust import Misfit, shared
 from vision_server.tracking.acceptance import (
     found_belief,
     is_exact,
@@ -26,6 +23,9 @@ from vision_server.tracking.acceptance import (
 from vision_server.tracking.following import Found
 from vision_server.tracking.motion import about
 from vision_server.tracking.rivals import Rivals
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.probability import Misfit, shared
+from vision_server.trust.support import PoseSupport
 
 
 def supported(*lines: tuple[float, float]) -> PoseSupport:

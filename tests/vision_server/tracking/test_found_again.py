@@ -10,12 +10,12 @@ from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.films import filmed
-from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.tracking.following import turned_about
 from vision_server.tracking.searching import EVERYWHERE_FOLLOWED_AFTER, everywhere_is_due
 from vision_server.tracking.tracker import LOOKED_AT_ANEW, Tracker
 from vision_server.tracking.turning import AT_ONCE_DEG, Turning
+from vision_server.trust.judgement import Estimate
 
 
 def test_what_a_gap_has_turned_farther_than_a_target_turns_is_found_and_sure_when_seen_twice(

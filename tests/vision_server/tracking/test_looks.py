@@ -8,12 +8,12 @@ from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA
 from tests.vision_server.tracking.films import NEAR, filmed, moving
 from vision_server.channels.depth import Pixels
-from vision_server.judgement import Estimate
 from vision_server.matching.match import Anywhere
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.searching import EVERYWHERE_AFTER
 from vision_server.tracking.tracker import Tracker
+from vision_server.trust.judgement import Estimate
 
 
 @pytest.fixture

@@ -17,11 +17,11 @@ from vision_server.pose.covariance import share_within
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import spacing_for
-from vision_server.pose.support import evidence_at
 from vision_server.tracking import referee
 from vision_server.tracking.chances import Agreement, Chance, Chances, agreement, probability
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.referee import LOST_BELOW, OK_FROM, Around, _on_lines, chances_of, judged
+from vision_server.trust.support import evidence_at
 
 
 @pytest.fixture(scope="module")

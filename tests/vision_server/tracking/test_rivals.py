@@ -13,12 +13,12 @@ from benchmarks.films import CAMERA as film_camera  # noqa: N811
 from benchmarks.films import film
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from vision_server.judgement import Estimate, Rival
-from vision_server.pose.trust import SHARED, Misfit
 from vision_server.tracking import rivals
 from vision_server.tracking.following import Found
 from vision_server.tracking.rivals import Rivals
 from vision_server.tracking.tracker import Tracker
+from vision_server.trust.judgement import Estimate, Rival
+from vision_server.trust.probability import SHARED, Misfit
 
 POSE = Pose(np.zeros(3), np.array([0.0, 0.0, 1.0]))
 HALF = Pose(np.array([0.0, np.pi, 0.0]), np.zeros(3))

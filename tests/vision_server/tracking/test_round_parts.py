@@ -11,12 +11,12 @@ from geometry.pose import RIGHT, Pose
 from geometry.rotation import matrix_of
 from geometry.turns import turns_about_round_axes
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.support import PoseSupport, support_at
 from vision_server.tracking import round_parts
 from vision_server.tracking.fitting import Habits
 from vision_server.tracking.following import Found, Sight
 from vision_server.tracking.frame import Tone
 from vision_server.tracking.round_parts import RoundTurns
+from vision_server.trust.support import PoseSupport, support_at
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 LUG = np.array([[0.02, -0.01], [0.04, -0.01], [0.04, 0.01], [0.02, 0.01]])

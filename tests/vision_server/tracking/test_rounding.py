@@ -19,10 +19,10 @@ from tests.vision_server.tracking.boxes import TURNS, framed_box, pictured, seen
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import observe
 from vision_server.pose.roundings import onto_roundings, slack_px
-from vision_server.pose.support import PoseSupport, support_at
 from vision_server.tracking.frame import Tone, Window, problem_of
 from vision_server.tracking.lines import rounding_shifts
 from vision_server.tracking.tracker import Tracker
+from vision_server.trust.support import PoseSupport, support_at
 
 RADIUS_M, TONE, SPACING_PX = 0.0025, Tone.of(0.9, 0.01), 2.0
 

@@ -9,8 +9,8 @@ from geometry.model import Model
 from tests.vision_server.synthetic import POSE
 from tests.vision_server.tracking.framed import problem
 from vision_server.pose.refinement import refine
-from vision_server.pose.stretch import stretched
 from vision_server.tracking.strain import LEAST_STRAIN, clearly_strained, is_strained
+from vision_server.trust.stretch import stretched
 
 
 @pytest.mark.parametrize("axis", [1, 2])  # of the first one this view tells too little

@@ -17,8 +17,6 @@ from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.boxes import TURNS, pictured, plain_box, seen_at
 from tests.vision_server.tracking.films import NEAR, filmed, moving
-from vision_server.judgement import Estimate
-from vision_server.pose.trust import Misfit
 from vision_server.tracking import acceptance
 from vision_server.tracking import tracker as tracking
 from vision_server.tracking.acceptance import is_elsewhere, is_exact, is_likely, is_sure, told_covariance
@@ -31,6 +29,8 @@ from vision_server.tracking.searching import Searches
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import EXPECTED_CHI2, LOOKED_AT_ANEW, SURPRISING_CHI2, Tracker
 from vision_server.tracking.usual import Usual
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.probability import Misfit
 
 BETTER = Misfit(significance=0.0, gain=1.0)  # another model than the given one does
 

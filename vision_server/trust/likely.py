@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.symmetries import Symmetry
-from vision_server.pose.alternatives import distinct_of, shares, without_free_turn
 from vision_server.pose.covariance import pose_covariance, uncertainty
-from vision_server.pose.places import apart
-from vision_server.pose.ranking import Refined
-from vision_server.pose.settling import Settled, settled
-from vision_server.pose.trust import confidence
+from vision_server.trust.alternatives import distinct_of, shares, without_free_turn
+from vision_server.trust.places import apart
+from vision_server.trust.probability import confidence
+from vision_server.trust.ranking import Refined
+from vision_server.trust.settling import Settled, settled
 
 # Chosen by hand: what less evidence or a later place makes likely is under what an estimate lists.
 LEAST_EVIDENCE_SHARE = 1e-3  # of all poses' evidence; with less, a pose is not looked at

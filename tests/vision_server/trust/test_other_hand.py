@@ -10,13 +10,13 @@ from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA, POSE, SIZE_M, boxes, linear_picture, one_image, photographed
 from vision_server import pipeline
-from vision_server.judgement import Estimate
 from vision_server.matching.search import match_near
 from vision_server.pipeline import estimate_pose
-from vision_server.pose import other_hand, ranking, rivals
-from vision_server.pose.other_hand import other_ways
-from vision_server.pose.stretch import stretched
-from vision_server.pose.trust import confidence
+from vision_server.trust import other_hand, ranking, rivals
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.other_hand import other_ways
+from vision_server.trust.probability import confidence
+from vision_server.trust.stretch import stretched
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 

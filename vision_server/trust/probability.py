@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from geometry.pose import RIGHT
-from vision_server.pose.support import NORMAL_FLOOR_PX, PoseSupport
+from vision_server.trust.support import NORMAL_FLOOR_PX, PoseSupport
 
 
 class Coefficients(NamedTuple):

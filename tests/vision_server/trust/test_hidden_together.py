@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from numerics.arrays import Floats
-from vision_server.pose.hidden_together import NOT_SEEN_NATS, ONE_CAUSE_PX, OWN_SHARE, evidence_of
+from vision_server.trust.hidden_together import NOT_SEEN_NATS, ONE_CAUSE_PX, OWN_SHARE, evidence_of
 
 
 def places(count: int, apart_px: float) -> Floats:

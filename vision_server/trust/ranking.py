@@ -17,14 +17,14 @@ from geometry.model import Model
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
 from numerics.arrays import Ints
-from vision_server.pose.hypotheses import edges_around, hypotheses_beside
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import EXACT_REACH_PX, Solution, refine
 from vision_server.pose.sampling import spacing_for
-from vision_server.pose.spun import spun
-from vision_server.pose.support import PoseSupport, support_at
-from vision_server.pose.trust import quality
+from vision_server.trust.hypotheses import edges_around, hypotheses_beside
+from vision_server.trust.probability import quality
+from vision_server.trust.spun import spun
+from vision_server.trust.support import PoseSupport, support_at
 
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), clear quality, share that is finished and starts beside change one pose at most;

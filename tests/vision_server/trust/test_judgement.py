@@ -6,8 +6,8 @@ import pytest
 
 from geometry.pose import Pose
 from geometry.symmetries import ASYMMETRIC
-from vision_server.judgement import Estimate, with_poses
-from vision_server.pose.likely import Likely
+from vision_server.trust.judgement import Estimate, with_poses
+from vision_server.trust.likely import Likely
 
 
 def likely(angle: float, probability: float) -> Likely:

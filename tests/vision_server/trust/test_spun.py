@@ -14,11 +14,11 @@ from geometry.rotation import matrix_of
 from geometry.turns import round_axes, turned_about
 from tests.vision_server.synthetic import one_image
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import best_first
-from vision_server.pose.rivals import turned_round
 from vision_server.pose.sampling import spacing_for
-from vision_server.pose.spun import spun
-from vision_server.pose.trust import odds
+from vision_server.trust.probability import odds
+from vision_server.trust.ranking import best_first
+from vision_server.trust.rivals import turned_round
+from vision_server.trust.spun import spun
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 
@@ -106,6 +106,6 @@ def test_a_turn_that_is_hardly_better_is_looked_at(stage: Model, monkeypatch: py
     start = turned_about(true, axis, centre, math.radians(30.0))
     images = one_image(rendered(stage, CAMERA, true, np.random.default_rng(6)))
     problem = PoseProblem.at_scale(images.gradients(["i1"]), stage, CAMERA)
-    monkeypatch.setattr("vision_server.pose.spun.STRONGER", 0.1)
+    monkeypatch.setattr("vision_server.trust.spun.STRONGER", 0.1)
     found = spun(problem, start, spacing_for(stage, CAMERA, start), math.radians(50.0))
     assert any(one.error_to(true).rotation_deg < 4.0 for one in found)

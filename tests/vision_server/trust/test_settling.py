@@ -15,10 +15,11 @@ from vision_server import pipeline
 from vision_server.pose import profiles
 from vision_server.pose.courses import BLUR, COURSE_PRIOR_SHARE, Courses, courses_of
 from vision_server.pose.observation import PoseProblem, observe
-from vision_server.pose.ranking import Refined, best_first
-from vision_server.pose.rivals import RivalPose
 from vision_server.pose.sampling import spacing_for
-from vision_server.pose.settling import (
+from vision_server.pose.weights import base_weights
+from vision_server.trust.ranking import Refined, best_first
+from vision_server.trust.rivals import RivalPose
+from vision_server.trust.settling import (
     BLUR_PRECISION,
     LEAST_COVARIANCE_FACTOR,
     T_FREEDOM,
@@ -27,8 +28,7 @@ from vision_server.pose.settling import (
     scatter_of,
     settled,
 )
-from vision_server.pose.stretch import stretched
-from vision_server.pose.weights import base_weights
+from vision_server.trust.stretch import stretched
 
 UNKNOWNS = BLUR + 3
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)

@@ -26,7 +26,7 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import prior_precision
 from vision_server.pose.sampling import SPARSE_SPACING_PX, places_on_lines, sparse_samples
 from vision_server.pose.steps import moved, step_jacobian, turning_point
-from vision_server.pose.support import CAP_PX
+from vision_server.trust.support import CAP_PX
 
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), what must agree and be explained, how far is loosened and the weight of what is

@@ -13,10 +13,10 @@ from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.matching.draws import MARGIN_DEG, MARGIN_PX, MARGIN_SHARE, beyond_of
 from vision_server.matching.match import SearchRange
-from vision_server.pose import rivals
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import Refined, best_first, nowhere
-from vision_server.pose.rivals import BEYOND_NATS, anywhere, likeliest_first, nats_against, rivals_of
+from vision_server.trust import rivals
+from vision_server.trust.ranking import Refined, best_first, nowhere
+from vision_server.trust.rivals import BEYOND_NATS, anywhere, likeliest_first, nats_against, rivals_of
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 

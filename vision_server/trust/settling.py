@@ -22,13 +22,13 @@ from numerics.arrays import Floats
 from vision_server.pose.courses import BLUR, ROUNDNESS, Courses, courses_of
 from vision_server.pose.covariance import about_camera
 from vision_server.pose.observation import Observation, observe
-from vision_server.pose.ranking import Refined
 from vision_server.pose.refinement import EXACT_REACH_PX, prior_precision
-from vision_server.pose.roundness import has_facets, motion_of_roundness, told_roundness, without_roundness
 from vision_server.pose.steps import moved
-from vision_server.pose.stretch import BETWEEN_AXES, motion_of_strains
-from vision_server.pose.support import support_at
-from vision_server.pose.trust import LineAgreement
+from vision_server.trust.probability import LineAgreement
+from vision_server.trust.ranking import Refined
+from vision_server.trust.roundness import has_facets, motion_of_roundness, told_roundness, without_roundness
+from vision_server.trust.stretch import BETWEEN_AXES, motion_of_strains
+from vision_server.trust.support import support_at
 
 # By hand where nothing else is said: halved or doubled (`python -m benchmarks.constants`, 27 sets of recorded
 # and hard stacks) none up to MOST_STRETCH changes which poses are right or tight, nor errors by more than 7

@@ -9,11 +9,11 @@ from geometry.model import Model
 from geometry.pose import Pose, disturbed
 from geometry.symmetries import symmetry_of
 from numerics.arrays import Floats
-from vision_server.judgement import Estimate
-from vision_server.pose import settling
 from vision_server.pose.courses import ROUNDNESS
 from vision_server.pose.observation import Observation
-from vision_server.pose.roundness import has_facets
+from vision_server.trust import settling
+from vision_server.trust.judgement import Estimate
+from vision_server.trust.roundness import has_facets
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 SHAPES = ("ring", "flange")

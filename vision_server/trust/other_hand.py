@@ -18,9 +18,9 @@ from geometry.model import Model
 from geometry.pose import RIGHT, Pose
 from numerics.arrays import Floats
 from vision_server.pose.line_scales import with_line_scales
-from vision_server.pose.ranking import COARSE_REACHES_PX, COARSENING, Refined, of_fewer_lines, refined
-from vision_server.pose.support import support_at
-from vision_server.pose.trust import MOST_ODDS, odds
+from vision_server.trust.probability import MOST_ODDS, odds
+from vision_server.trust.ranking import COARSE_REACHES_PX, COARSENING, Refined, of_fewer_lines, refined
+from vision_server.trust.support import support_at
 
 Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
 

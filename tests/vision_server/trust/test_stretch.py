@@ -8,13 +8,13 @@ import pytest
 from geometry.model import Model
 from geometry.pose import RIGHT, Pose
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
-from vision_server import judgement
-from vision_server.judgement import LEAST_BY_LINES, Estimate
 from vision_server.pipeline import estimate_pose
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import FINE_REACHES_PX, refined
-from vision_server.pose.stretch import misfit, stretched
-from vision_server.pose.trust import SURE_NATS, WORTH_DOUBTING, Misfit, confidence
+from vision_server.trust import judgement
+from vision_server.trust.judgement import LEAST_BY_LINES, Estimate
+from vision_server.trust.probability import SURE_NATS, WORTH_DOUBTING, Misfit, confidence
+from vision_server.trust.ranking import FINE_REACHES_PX, refined
+from vision_server.trust.stretch import misfit, stretched
 
 TRUSTED = 0.93  # the merit is 1 there
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)

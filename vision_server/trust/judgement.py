@@ -8,17 +8,11 @@ from dataclasses import dataclass, field, replace
 from geometry.pose import Pose
 from geometry.symmetries import Symmetry
 from numerics.arrays import Floats
-from vision_server.pose.alternatives import PoseChance, listed, without_free_turn
 from vision_server.pose.covariance import uncertainty
-from vision_server.pose.likely import Likely
-from vision_server.pose.other_hand import Matcher, the_other_way
-from vision_server.pose.ranking import Refined
-from vision_server.pose.restarts import astray
-from vision_server.pose.rivals import RivalPose
-from vision_server.pose.settling import Settled
-from vision_server.pose.stretch import misfit
-from vision_server.pose.support import LineSupport, PoseSupport
-from vision_server.pose.trust import (
+from vision_server.trust.alternatives import PoseChance, listed, without_free_turn
+from vision_server.trust.likely import Likely
+from vision_server.trust.other_hand import Matcher, the_other_way
+from vision_server.trust.probability import (
     WORTH_DOUBTING,
     WORTH_TURNING,
     LineAgreement,
@@ -27,6 +21,12 @@ from vision_server.pose.trust import (
     confidence,
     odds,
 )
+from vision_server.trust.ranking import Refined
+from vision_server.trust.restarts import astray
+from vision_server.trust.rivals import RivalPose
+from vision_server.trust.settling import Settled
+from vision_server.trust.stretch import misfit
+from vision_server.trust.support import LineSupport, PoseSupport
 
 LEAST_BY_LINES = 0.02  # belief in a pose by its lines; of those that had less, one in a hundred was right
 

@@ -7,10 +7,8 @@ import pytest
 
 from geometry.visibility import Samples
 from vision_server.pipeline import SURE_SCORE
-from vision_server.pose.hidden_together import NOT_SEEN_NATS
-from vision_server.pose.rivals import TURNED_NATS
-from vision_server.pose.support import PoseSupport
-from vision_server.pose.trust import (
+from vision_server.trust.hidden_together import NOT_SEEN_NATS
+from vision_server.trust.probability import (
     ERROR_OVER_SD,
     RIVAL_NATS,
     SETTLED_ODDS_POWER,
@@ -23,6 +21,8 @@ from vision_server.pose.trust import (
     confidence,
     odds,
 )
+from vision_server.trust.rivals import TURNED_NATS
+from vision_server.trust.support import PoseSupport
 
 SPACING_PX, APART_PX = 2.0, 10.0
 

@@ -19,8 +19,8 @@ from geometry.rotation import matrix_of
 from geometry.symmetries import symmetry_of
 from geometry.turns import half_turns, near_symmetries_and_products, other_sides, rim_middle, round_axes
 from tests.vision_server.synthetic import one_image
-from vision_server.pose.all_sides import of_most_evidence
 from vision_server.pose.observation import PoseProblem
+from vision_server.trust.all_sides import of_most_evidence
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 

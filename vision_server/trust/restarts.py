@@ -11,10 +11,10 @@ import numpy as np
 
 from geometry.pose import RIGHT, Pose
 from geometry.symmetries import Symmetry
-from vision_server.pose.alternatives import turned_towards, without_free_turn
 from vision_server.pose.covariance import about_camera
-from vision_server.pose.settling import Settled, last_round, of_true_axes
 from vision_server.pose.steps import moved, step_jacobian, turning_point
+from vision_server.trust.alternatives import turned_towards, without_free_turn
+from vision_server.trust.settling import Settled, last_round, of_true_axes
 
 RESTARTED_MOTIONS = 2  # of six, those that the lines hold least, to either side
 # By so many times what makes a pose wrong; by less where that moves a line farther, so that the last step may

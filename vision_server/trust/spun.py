@@ -17,7 +17,7 @@ from geometry.pose import Pose
 from geometry.turns import folds_about, round_axes, turned_about
 from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.support import CAP_PX, PoseSupport, support_at
+from vision_server.trust.support import CAP_PX, PoseSupport, support_at
 
 SPIN_STEP_PX = 1.5 * CAP_PX  # of the farthest point between two turns: its edge is seen from one of both
 LEAST_STEP_RAD, MOST_STEP_RAD = math.radians(1.5), math.radians(6.0)

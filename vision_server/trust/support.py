@@ -17,10 +17,10 @@ from geometry.pose import Pose
 from geometry.visibility import Samples
 from numerics.arrays import Flags, Floats
 from numerics.kernels import kernel
-from vision_server.pose.coincident import Told, told_once
-from vision_server.pose.hidden_together import NOT_SEEN_NATS, evidence_of
 from vision_server.pose.observation import Observation, PoseProblem, observe
 from vision_server.pose.weights import line_trust
+from vision_server.trust.coincident import Told, told_once
+from vision_server.trust.hidden_together import NOT_SEEN_NATS, evidence_of
 
 # Chosen by hand where nothing else is said. Halved or doubled (`python -m benchmarks.constants`, 24 sets of
 # recorded and hard stacks), cap and reach of support change at most two poses from right to wrong or back.

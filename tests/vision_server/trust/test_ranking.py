@@ -17,8 +17,8 @@ from tests.vision_server.synthetic import one_image
 from vision_server.matching.draws import in_range_of
 from vision_server.matching.match import SearchRange
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import best_first, nowhere
-from vision_server.pose.rivals import turned
+from vision_server.trust.ranking import best_first, nowhere
+from vision_server.trust.rivals import turned
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 

@@ -18,9 +18,9 @@ from geometry.turns import (
     spin_rad,
 )
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.other_hand import Matcher
-from vision_server.pose.places import A_PART_NATS, apart
-from vision_server.pose.ranking import (
+from vision_server.trust.other_hand import Matcher
+from vision_server.trust.places import A_PART_NATS, apart
+from vision_server.trust.ranking import (
     COARSE_LACK_NATS,
     COARSENING,
     ONE_BASIN,
@@ -34,8 +34,8 @@ from vision_server.pose.ranking import (
     roughly,
     with_beside,
 )
-from vision_server.pose.spun import spun
-from vision_server.pose.support import evidence_at, support_at
+from vision_server.trust.spun import spun
+from vision_server.trust.support import evidence_at, support_at
 
 SIDES, SIDE_DEG = 3, 20.0  # poses beside which others are looked for, and how far apart (by hand)
 LOOKS_TURNED, MOST_TURNS_A_LOOK = 2, 12  # looks that are turned; turns of each that are refined (by hand)

@@ -18,11 +18,11 @@ from geometry.pose import Pose
 from geometry.visibility import Samples
 from numerics.arrays import Floats
 from vision_server.pose.covariance import unknowns_of
-from vision_server.pose.hypotheses import edges_around, explained
-from vision_server.pose.ranking import COARSENING, Refined, of_fewer_lines, refined
 from vision_server.pose.refinement import Solution, prior_precision
 from vision_server.pose.steps import moved
-from vision_server.pose.trust import LEAST_STRETCH, Misfit
+from vision_server.trust.hypotheses import edges_around, explained
+from vision_server.trust.probability import LEAST_STRETCH, Misfit
+from vision_server.trust.ranking import COARSENING, Refined, of_fewer_lines, refined
 
 # Of the logarithm of an axis' scale, one sd: of what is still taken for the same part (by hand), and of what
 # a true model may have, which moves the pose by a third of what counts as wrong.

@@ -5,7 +5,9 @@ from geometry.model import Model
 from geometry.pose import Pose
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
-from vision_server.pose.hypotheses import (
+from vision_server.pose.observation import PoseProblem
+from vision_server.pose.refinement import prior_precision
+from vision_server.trust.hypotheses import (
     LOOSENED_MOTIONS,
     LOOSENED_PX,
     EdgesAround,
@@ -15,8 +17,6 @@ from vision_server.pose.hypotheses import (
     hypotheses_beside,
     loosened_steps,
 )
-from vision_server.pose.observation import PoseProblem
-from vision_server.pose.refinement import prior_precision
 
 SMALLER = 0.9
 """The printed outline's size, as a share of the face's."""

@@ -9,9 +9,9 @@ from geometry.visibility import Samples
 from numerics.arrays import Flags
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, SIZE_M, linear_picture, photographed
-from vision_server.pose.coincident import TOGETHER_PX, told_once
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.support import PoseSupport, support_at
+from vision_server.trust.coincident import TOGETHER_PX, told_once
+from vision_server.trust.support import PoseSupport, support_at
 
 STEP_PX = 2.0
 SEEN, UNSEEN = np.ones(20, dtype=bool), np.zeros(20, dtype=bool)

@@ -9,10 +9,10 @@ from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
 from geometry.symmetries import Symmetry
 from geometry.turns import free_turns
-from vision_server.pose.alternatives import image_of
-from vision_server.pose.places import apart, as_rival
-from vision_server.pose.ranking import COARSE_LACK_NATS, COARSENING, Refined
-from vision_server.pose.support import PoseSupport, support_at
+from vision_server.trust.alternatives import image_of
+from vision_server.trust.places import apart, as_rival
+from vision_server.trust.ranking import COARSE_LACK_NATS, COARSENING, Refined
+from vision_server.trust.support import PoseSupport, support_at
 
 ONE_RIVAL_WITHIN = (2.0, 0.01)  # degrees, share of the range: two refined poses are one (by hand)
 # By hand: nats that a target is off its seed pose by no more than this part of the range's margin.

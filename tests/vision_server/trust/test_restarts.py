@@ -12,12 +12,12 @@ from geometry.turns import turned_about
 from numerics.arrays import Floats
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
-from vision_server.pose import restarts
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.ranking import Refined, best_first
-from vision_server.pose.restarts import MOST_ASTRAY, astray
-from vision_server.pose.settling import Round, Settled, last_round, settled
 from vision_server.pose.steps import moved, turning_point
+from vision_server.trust import restarts
+from vision_server.trust.ranking import Refined, best_first
+from vision_server.trust.restarts import MOST_ASTRAY, astray
+from vision_server.trust.settling import Round, Settled, last_round, settled
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 

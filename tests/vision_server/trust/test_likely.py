@@ -10,14 +10,14 @@ from geometry.pose import Pose
 from geometry.symmetries import ASYMMETRIC, Symmetry
 from tests.vision_server.refined_poses import channels_of, scaled
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
-from vision_server.pose import likely
-from vision_server.pose.alternatives import LEAST_LISTED_CHANCE, distinct_of, listed, shares
-from vision_server.pose.likely import likely_of
 from vision_server.pose.observation import PoseProblem
-from vision_server.pose.places import A_PART_NATS
-from vision_server.pose.ranking import Refined, refined
-from vision_server.pose.settling import Settled
-from vision_server.pose.trust import RIVAL_NATS
+from vision_server.trust import likely
+from vision_server.trust.alternatives import LEAST_LISTED_CHANCE, distinct_of, listed, shares
+from vision_server.trust.likely import likely_of
+from vision_server.trust.places import A_PART_NATS
+from vision_server.trust.probability import RIVAL_NATS
+from vision_server.trust.ranking import Refined, refined
+from vision_server.trust.settling import Settled
 
 UNMOVED = Pose(np.zeros(3), np.zeros(3))
 QUARTER, HALF = (Pose(np.array([0.0, 0.0, angle]), np.zeros(3)) for angle in (np.pi / 2.0, np.pi))

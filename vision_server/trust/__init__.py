@@ -1,0 +1,37 @@
+"""Which of many poses is the right one, and how far it can be trusted.
+
+The way of an estimate, with what each step makes of a pose (`vision_server.pipeline` is the caller):
+
+1. The matcher's hypotheses are refined coarsely and the best of them to the end: `ranking.best_first` with a
+   seed pose, `all_sides.of_most_evidence` at first sight. Both also try what a small step does not lead to:
+   turns about the axis of a round part (`spun`), near symmetries, and poses beside (`hypotheses`). Each makes
+   a `Refined`, by `vision_server.pose.refinement` and by how the images support it (`support`).
+2. `likely` at first sight, `rivals.likeliest_first` otherwise: which of them goes first.
+3. The last step (`settling`): lines as wholes (`pose.courses`), most off by little and a few by much. It
+   makes a `Settled`, with the covariance, and how well the lines agree. Tracking fits whole lines in its own
+   way, since each of its frames has the lines of those before: `vision_server.tracking.fitting`.
+4. Rivals: `rivals` of the pose with a seed, `alternatives` for all poses that a first sight tells.
+5. `judgement` puts together what is said: is the model true (`stretch`), is it the right way round
+   (`other_hand`), is the pose the only one near by (`restarts`), how sure is it (`probability`). It makes the
+   `Estimate`.
+
+What says how good a pose is, from the plainest to what is told:
+
+==========================  =========================  =====================================================
+``strength``                0 to 1, of `support`       how near edges are to the visible lines, in the mean
+``supported_fraction``      0 to 1, of `support`       share of the visible length with an edge on it
+``rms_px``                  px, of `support`           distance to the edges, where there is none CAP_PX
+``quality``                 1/px, of `probability`     these three in one: ranks poses around a seed pose
+``evidence``                nats, of `support`         log likelihood of all lines over chance: weighs rivals
+``evidence_together``       nats, of `support`         the same, lines that are hidden together counted once:
+                                                       compares poses that show different sides
+``confirmed``, ``missing``  nats, share                the lines that speak for a pose, and those not seen
+``LineAgreement``           of `settling`              lines that lie where the last step has them, and their
+                                                       scatter
+``belief``                  0 to 1, of `probability`   from these: that the pose is the right one, however
+                                                       exact
+``confidence``              0 to 1, of `probability`   ``belief``, and that it is exact enough: the score
+``probability``             0 to 1, of `likely`        of each pose of a first sight: its share of the
+                                                       evidence, times ``confidence``
+==========================  =========================  =====================================================
+"""
