@@ -62,7 +62,6 @@ def read_mesh(path: Path) -> Surface:
         faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
         if len(faces) > MOST_TRIANGLES:
             vertices, faces = _fewer(vertices, faces)
-            must_be_few(len(faces), MOST_TRIANGLES)
     except Exception as error:  # trimesh's readers raise whatever their format stumbles on
         raise GeometryError(f"model {path} cannot be read as a mesh: {error}") from error
     return surface_of_triangles(vertices, faces)
@@ -98,7 +97,7 @@ def _fewer(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
 
     Raises
     ------
-    GeometryError : it is not closed.
+    GeometryError : it is not closed, or more than MOST_TRIANGLES are left.
     """
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     few = simplified(vertices, triangles, READ_OFF * size)
@@ -107,6 +106,12 @@ def _fewer(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
             f"it has {len(triangles)} triangles, and as it is not closed at most {MOST_TRIANGLES} are read. "
             f"Close its holes (of a closed mesh {MOST_READ} are), or export it with a coarser tolerance "
             "(0.1 % of its size will do)"
+        )
+    if len(few[1]) > MOST_TRIANGLES:
+        raise GeometryError(
+            f"of its {len(triangles)} triangles {len(few[1])} are left where it is made coarser by "
+            f"{100.0 * READ_OFF:g} % of its size, and at most {MOST_TRIANGLES} are read. Export it with a "
+            "coarser tolerance (0.1 % of its size will do)"
         )
     return vertices[few[0]], few[1]
 

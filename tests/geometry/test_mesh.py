@@ -63,6 +63,14 @@ def test_a_closed_mesh_of_more_triangles_is_made_coarser(tmp_path: Path) -> None
     assert middles.min() > np.linalg.norm(ball.triangles_center, axis=1).min() - READ_OFF * model.diameter
 
 
+def test_a_mesh_that_is_too_finely_bent_says_how_many_are_left(tmp_path: Path) -> None:
+    ball = trimesh.creation.icosphere(6, 0.1)
+    off = 0.002 * np.random.default_rng(1).uniform(-1.0, 1.0, (len(ball.vertices), 1))
+    trimesh.Trimesh(ball.vertices * (1.0 + off), ball.faces, process=False).export(tmp_path / "rough.stl")
+    with pytest.raises(GeometryError, match=r"of its 81920 triangles 8\d{4} are left .* by 0.01 % of"):
+        load_model(tmp_path / "rough.stl")
+
+
 @pytest.mark.parametrize("kind", ["glb", "obj", "ply", "stl"])
 def test_a_mesh_is_the_same_in_each_format(tmp_path: Path, kind: str) -> None:
     trimesh.creation.box((0.1, 0.08, 0.06)).export(tmp_path / f"box.{kind}")
