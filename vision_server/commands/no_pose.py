@@ -47,7 +47,8 @@ def why_no_pose(
         return [f"the model would look {picture_px(model, camera, start):.3g} px wide, as said above."]
     if is_out_of_frame(model, camera, start):
         return [
-            "from the seed pose no line of the model is in the frame. Correct the seed pose, or leave it out."
+            "from the seed pose no line of the model is in the frame. Correct the seed pose, or leave it "
+            f"out. The model is {model.diameter:.3g} m across: check --unit."
         ]
     return [
         f"the images have {edges}, but within {reach.rotation_deg:g} degrees and {reach.translation_px:g} px "
