@@ -82,7 +82,7 @@ def _wall_fits(means: Sequence[Field], dark: float) -> Floats | None:
     frame = np.ones((rows, columns), np.bool_)
     frame[FRAME_CELLS:-FRAME_CELLS, FRAME_CELLS:-FRAME_CELLS] = False
     greys = [mean[frame].astype(np.float64) + dark for mean in means]
-    if any(np.median(grey) < (LIT + 1.0) * dark for grey in greys):
+    if any(np.count_nonzero(grey < (LIT + 1.0) * dark) > len(grey) / 2 for grey in greys):
         return None
     y, x = np.nonzero(frame)
     at_frame = _quadratic((x + 0.5) / columns, (y + 0.5) / rows)
@@ -118,6 +118,10 @@ def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
 
 def _coarse(channel: ChannelStatistics, step: int) -> Field:
     """Mean intensity at reference exposure of two pixels in the middle of each whole square of so many px."""
+    if not is_deep(channel.pixels):
+        means = np.empty([max(side // step, 1) for side in channel.shape], np.float32)
+        _means(channel.pixels, channel.linear_of, np.float32(0.5 / channel.exposure), step, means)
+        return means
     first = step // 2 - 1
     rows, columns = (max(side // step, 1) * step for side in channel.shape)
     one, other = (
@@ -126,14 +130,28 @@ def _coarse(channel: ChannelStatistics, step: int) -> Field:
     return np.asarray((one + other) * np.float32(0.5 / channel.exposure), np.float32)
 
 
+@kernel(nogil=True)
+def _means(pixels: Grey, linear_of: Field, scale: np.float32, step: int, means: Field) -> None:
+    """As `_coarse`; ``means`` (rows, columns) is an output."""
+    first = step // 2 - 1
+    for v in range(len(means)):
+        row, next_row, of_row = pixels[step * v + first], pixels[step * v + first + 1], means[v]
+        for u in range(len(of_row)):
+            at = step * u + first
+            of_row[u] = (linear_of[row[at]] + linear_of[next_row[at + 1]]) * scale
+
+
 def brightest_cells(channels: Sequence[ChannelStatistics]) -> Field:
     """Grey of each cell in its best light: the largest that `_coarse` gives, of cells, in some channels."""
     best = np.zeros([max(side // CELL_PX, 1) for side in channels[0].shape], np.float32)
     for channel in channels:
+        scale = np.float32(0.5 / channel.exposure)
         if is_deep(channel.pixels):
             np.maximum(best, _coarse(channel, CELL_PX), out=best)
+        elif channel.gamma == 1.0:
+            _brighten_linear(channel.pixels, scale, best)
         else:
-            _brighten(channel.pixels, channel.linear_of, np.float32(0.5 / channel.exposure), best)
+            _brighten(channel.pixels, channel.linear_of, scale, best)
     return best
 
 
@@ -146,3 +164,14 @@ def _brighten(pixels: Grey, linear_of: Field, scale: np.float32, best: Field) ->
         for u in range(columns):
             both = linear_of[row[CELL_PX * u]] + linear_of[next_row[CELL_PX * u + 1]]
             of_row[u] = max(of_row[u], both * scale)
+
+
+@kernel(nogil=True)
+def _brighten_linear(pixels: Grey, scale: np.float32, best: Field) -> None:
+    """`_brighten` by a channel without a tone curve: without a table the loop fills vector registers."""
+    rows, columns = best.shape
+    for v in range(rows):
+        row, next_row, of_row = pixels[CELL_PX * v], pixels[CELL_PX * v + 1], best[v]
+        for u in range(columns):
+            both = np.int32(row[CELL_PX * u]) + np.int32(next_row[CELL_PX * u + 1])
+            of_row[u] = max(of_row[u], np.float32(both) * scale)

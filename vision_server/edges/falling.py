@@ -27,6 +27,7 @@ ANY_SIDE = 0.05  # share of shadows' ends that may face anywhere
 BEHIND_OUTLINES = 0.2  # share of what looks like a shadow's end that is behind an outline
 LIKE_ONE = 5.0  # sampled edgels that say no more than one: they are neighbours
 SHADING = 15.0  # of the logarithm of how likely a direction is, if all outlines' shading is for it
+PER_RAD = np.float32(DIRECTIONS / (2.0 * np.pi))
 ANGLES = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
 BELL = np.exp(CONCENTRATION * np.cos(ANGLES[:, None] - ANGLES))
 # How much likelier than any other a dark side is: a row for each direction to the light, a column for each of
@@ -59,8 +60,9 @@ class Falling(NamedTuple):
         axis
             (N,), direction ahead, rad.
         """
-        at = _dark_side(near, axis) + DIRECTIONS * np.arange(len(self.shadow))[:, None]
-        return self.shadow.take(at), self.outline.take(at)
+        shadow, outline = np.empty((2, len(self.shadow), len(axis)), np.float32)
+        _of_dark_sides(self, near, axis, shadow, outline)
+        return shadow, outline
 
     def of_most_changed(self, parts: Sides) -> Field:
         """For N edgels (N,), at the end of a shadow of the light whose part differs most; 1 at most.
@@ -78,17 +80,33 @@ def _most_changed(near: Field) -> Ints:
     return np.asarray(np.argmax(np.abs(near[:, 0] - near[:, 1]), axis=0))
 
 
+@kernel(inline="always")
+def _direction(axis: np.float32, behind: np.float32, ahead: np.float32) -> int:
+    """Number of the direction, of the two of an axis, to the side that has less."""
+    number = int(np.rint(axis * PER_RAD))
+    return (number + DIRECTIONS // 2 if behind < ahead else number) % DIRECTIONS
+
+
 @kernel(nogil=True)
 def _dark_side(near: Field, axis: Field) -> Ints:
     """Number (L, N) of the direction to the side that each light gives less to."""
     numbers = np.empty((len(near), len(axis)), np.int64)
-    per_rad, half = np.float32(DIRECTIONS / (2.0 * np.pi)), DIRECTIONS // 2
     for light in range(len(near)):
-        behind, before, of_light = near[light, 0], near[light, 1], numbers[light]
         for i in range(len(axis)):
-            ahead = int(np.rint(axis[i] * per_rad))
-            of_light[i] = (ahead + half if behind[i] < before[i] else ahead) % DIRECTIONS
+            numbers[light, i] = _direction(axis[i], near[light, 0, i], near[light, 1, i])
     return numbers
+
+
+@kernel(nogil=True)
+def _of_dark_sides(falling: Falling, near: Field, axis: Field, shadow: Field, outline: Field) -> None:
+    """As `Falling.of`; ``shadow`` and ``outline`` (L, N) are outputs."""
+    last = len(near) - 1
+    for light in range(len(shadow)):
+        given = near[min(light, last)]
+        for i in range(len(axis)):
+            number = _direction(axis[i], given[0, i], given[1, i])
+            shadow[light, i] = falling.shadow[light, number]
+            outline[light, i] = falling.outline[light, number]
 
 
 def learn_falling(parts: Sides, is_outline: Flags, is_shadow: Flags) -> Falling:

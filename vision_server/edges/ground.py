@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from numerics.arrays import Field, Flags, Grey
 from numerics.kernels import kernel
+from numerics.logarithm import ZERO
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.sides import Sides, furthest_reach
 
@@ -37,14 +38,24 @@ NEITHER, ONE, BOTH = range(3)  # sides that meet the ground
 
 def free_cells(edges: EdgeMap, sides: Sides, shape: tuple[int, int]) -> Flags:
     """Which cells, (rows, columns) as ``shape``, hold no edgel that bars the ground's way."""
-    one, other = sides.near[:, 0].max(axis=0), sides.near[:, 1].max(axis=0)
-    step = np.abs(one - other)
-    bars = step > BARRING * (np.maximum(one, other) + np.float32(sides.dark))
-    bars &= step > SURELY_BARRING * sides.noise.max(axis=0)
-    y, x = np.divmod(edges.places[bars], np.int32(edges.shape[1]))
     free = np.ones(shape, np.bool_)
-    free[np.minimum(y // CELL_PX, shape[0] - 1), np.minimum(x // CELL_PX, shape[1] - 1)] = False
+    _bar(edges.places, edges.shape[1], sides, free)
     return free
+
+
+@kernel(nogil=True)
+def _bar(places: NDArray[np.int32], width: int, sides: Sides, free: Flags) -> None:
+    """Let the cells of the N places in an image so wide that bar the ground's way not be free."""
+    rows, columns = free.shape
+    for i in range(len(places)):
+        one, other, noise = ZERO, ZERO, ZERO
+        for channel in range(len(sides.noise)):
+            one, other = max(one, sides.near[channel, 0, i]), max(other, sides.near[channel, 1, i])
+            noise = max(noise, sides.noise[channel, i])
+        step, bright = abs(one - other), max(one, other) + np.float32(sides.dark)
+        if step > np.float32(BARRING) * bright and step > np.float32(SURELY_BARRING) * noise:
+            y = places[i] // width
+            free[min(y // CELL_PX, rows - 1), min((places[i] - y * width) // CELL_PX, columns - 1)] = False
 
 
 def dark_or_even(best: Field, background: float, dark: float, free: Flags) -> Grey:
