@@ -105,7 +105,10 @@ def like_wall(greys: Iterable[Field], walls: Field, best: Field, dark: float, fr
 
 def sides_met(edges: EdgeMap, ground: Grey) -> Grey:
     """How many sides of each edgel meet the ground before another edge: NEITHER, ONE or BOTH, uint8 (N,)."""
-    return _sides_met(edges.index, edges.points, edges.normals, ground, int(furthest_reach(edges)))
+    reach = int(furthest_reach(edges))
+    within = 2 * (reach // CELL_PX + 2) + 1
+    beside = np.asarray(cv2.dilate(ground, np.ones((within, within), np.uint8)), np.uint8)
+    return _sides_met(edges.index, edges.points, edges.normals, ground, beside, reach)
 
 
 def _even(best: Field, dark: float) -> Flags:
@@ -123,12 +126,18 @@ def _up_to_the_border(cells: Flags) -> Grey:
 
 
 @kernel(nogil=True)
-def _sides_met(number_at: NDArray[np.int32], points: Field, normals: Field, ground: Grey, reach: int) -> Grey:
+def _sides_met(
+    number_at: NDArray[np.int32], points: Field, normals: Field, ground: Grey, beside: Grey, reach: int
+) -> Grey:
+    """As `sides_met`; where the cells ``beside`` the ground are not, none is within reach."""
     rows, columns = number_at.shape
     last_row, last_column = len(ground) - 1, ground.shape[1] - 1
     met = np.zeros(len(points), np.uint8)
     for i in range(len(points)):
         nx, ny = normals[i, 0], normals[i, 1]
+        x, y = max(int(points[i, 0]), 0), max(int(points[i, 1]), 0)
+        if not beside[min(y // CELL_PX, last_row), min(x // CELL_PX, last_column)]:
+            continue
         for side in (-1, 1):
             for away in range(FIRST_PX, reach + 1):
                 u = int(points[i, 0] + np.float32(side * away) * nx + np.float32(0.5))
@@ -138,7 +147,8 @@ def _sides_met(number_at: NDArray[np.int32], points: Field, normals: Field, grou
                     met[i] += 1
                     break
                 at = number_at[y, x]
-                cosine = normals[at, 0] * nx + normals[at, 1] * ny
-                if away >= NEXT_EDGE_PX and at >= 0 and abs(cosine) > SAME_AXIS:
+                if away < NEXT_EDGE_PX or at < 0:
+                    continue
+                if abs(normals[at, 0] * nx + normals[at, 1] * ny) > SAME_AXIS:
                     break
     return met

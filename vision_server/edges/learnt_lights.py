@@ -20,7 +20,7 @@ import numpy as np
 
 from numerics.arrays import Field, Flags, Floats, Ints
 from numerics.kernels import kernel
-from numerics.logarithm import ZERO
+from numerics.logarithm import ONE, ZERO
 from vision_server.edges.alone import FEWEST, MOST_NOISE, ON_BY_ONE, lamps_are_alone
 from vision_server.edges.dark_room import LEAST_STEP, SURE, lamps_in_the_dark, unsure_and_lit
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
@@ -145,27 +145,32 @@ def _telling_steps(sides: Sides, most_on: int) -> Floats:
 def _telling(of: Sides, sd: Field, lit: Flags, most_on: int) -> Ints:
     """Which of N edgels step in ``most_on`` of C channels at most; of `unsure_and_lit` ``sd`` and ``lit``."""
     channels, count = of.noise.shape
-    near, sure, found = of.near, np.float32(SURE), 0
-    telling = np.empty(count, np.int64)
+    near, sure, least = of.near, np.float32(SURE), np.float32(LEAST_STEP)
+    room, marks = np.zeros((3, count), np.float32), np.zeros((3, count), np.int32)
+    total, best, largest = room[0], room[1], room[2]
+    untold, off, on = marks[0], marks[1], marks[2]
+    for channel in range(channels):
+        for i in range(count):
+            total[i] += near[channel, 1, i] - near[channel, 0, i]
+            best[i] = max(best[i], near[channel, 0, i], near[channel, 1, i])
     for i in range(count):
-        total, largest, best = ZERO, ZERO, ZERO
-        for channel in range(channels):
-            step = near[channel, 1, i] - near[channel, 0, i]
-            total += step
-            best = max(best, near[channel, 0, i], near[channel, 1, i])
-        ahead = 1 if total > ZERO else 0
-        for channel in range(channels):
-            largest = max(largest, near[channel, ahead, i] - near[channel, 1 - ahead, i])
-        told, is_off, on = largest > np.float32(LEAST_STEP) * best, False, 0
-        for channel in range(channels):
-            step, limit = near[channel, ahead, i] - near[channel, 1 - ahead, i], sure * sd[channel, i]
-            told &= of.known[channel, i] & (step > -limit) & (sd[channel, i] < MOST_NOISE * largest)
-            is_off |= lit[channel, i] & (abs(step) < limit)
-            on += step > ON_BY_ONE * largest
-        if told and is_off and on <= most_on:
-            telling[found] = i
-            found += 1
-    return telling[:found]
+        total[i] = ONE if total[i] > ZERO else -ONE
+    for channel in range(channels):
+        for i in range(count):
+            largest[i] = max(largest[i], total[i] * (near[channel, 1, i] - near[channel, 0, i]))
+    for channel in range(channels):
+        for i in range(count):
+            step = total[i] * (near[channel, 1, i] - near[channel, 0, i])
+            limit = sure * sd[channel, i]
+            untold[i] |= (step <= -limit) | (sd[channel, i] >= MOST_NOISE * largest[i])
+            on[i] += step > ON_BY_ONE * largest[i]
+        for i in range(count):
+            step, limit = near[channel, 1, i] - near[channel, 0, i], sure * sd[channel, i]
+            untold[i] |= not of.known[channel, i]
+            off[i] |= lit[channel, i] & (abs(step) < limit)
+    for i in range(count):
+        untold[i] |= (largest[i] <= least * best[i]) | (off[i] == 0) | (on[i] > most_on)
+    return np.flatnonzero(untold == 0)
 
 
 def _clusters(steps: Floats) -> list[Cluster]:

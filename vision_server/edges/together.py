@@ -67,7 +67,8 @@ def _bounds(near: Field, variance: Field, other: int) -> tuple[Field, Field]:
     Of the sides that tell each; see `alone_and_together`.
     """
     channels, _, places = near.shape
-    count, sd, found = np.float32(channels - 1), np.float32(LEVEL_SD), [0, 0]
+    count, sd = np.float32(channels - 1), np.float32(LEVEL_SD)
+    lit = turned = 0
     bounds = np.empty((2, 2 * places), np.float32)
     for i in range(places):
         noise = ZERO
@@ -81,12 +82,12 @@ def _bounds(near: Field, variance: Field, other: int) -> tuple[Field, Field]:
                     total, least = total + near[channel, side, i], min(least, near[channel, side, i])
             uneven = total - count * least
             if sd * total > noise:
-                bounds[0, found[0]] = near[other, side, i] / total
-                found[0] += 1
+                bounds[0, lit] = near[other, side, i] / total
+                lit += 1
             if sd * uneven > noise:
-                bounds[1, found[1]] = (near[other, side, i] - least) / uneven
-                found[1] += 1
-    return bounds[0, : found[0]], bounds[1, : found[1]]
+                bounds[1, turned] = (near[other, side, i] - least) / uneven
+                turned += 1
+    return bounds[0, :lit], bounds[1, :turned]
 
 
 def _of_lamps(near: Field, variance: Field, of_sun: Field) -> Floats:
