@@ -128,7 +128,11 @@ def _ridges(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes, margin: int) -> I
             u = 0 if b > 2 * a else 1 if (gx[y, x] > 0) == (gy[y, x] > 0) else -1
             if slope[y, x] < slope[y + v, x + u] or slope[y, x] <= slope[y - v, x - u]:
                 continue
-            if half[y - 2 : y + 3, x - 2 : x + 3].max() >= NEARLY_CLIPPED_GREY:
+            brightest = 0
+            for near_y in range(y - 2, y + 3):
+                for near_x in range(x - 2, x + 3):
+                    brightest = max(brightest, half[near_y, near_x])
+            if brightest >= NEARLY_CLIPPED_GREY:
                 continue
             if found == len(ridges):
                 ridges = np.concatenate((ridges, ridges))

@@ -64,9 +64,9 @@ class Lighting(NamedTuple):
     is_even: bool = False
 
     def weight_of_rows(self, first: int, end: int) -> Field:
-        """`weight` of these rows."""
+        """`weight` of these rows; (1, 1) where it is even."""
         if self.is_even:
-            return np.ones((end - first, self.level.shape[1]), np.float32)
+            return np.ones((1, 1), np.float32)
         top = max(first - self.reach, 0)
         level, there = self.level[top : end + self.reach], np.s_[first - top : end - top]
         darkest = _looked_up(cv2.erode(level, self._window)[there], self.weight_of_darkest)
@@ -76,7 +76,8 @@ class Lighting(NamedTuple):
     @property
     def weight(self) -> Field:
         """How lit they are in this channel, float32 (H // 2, W // 2)."""
-        return self.weight_of_rows(0, len(self.level))
+        weight = self.weight_of_rows(0, len(self.level))
+        return np.full(self.level.shape, weight) if self.is_even else weight
 
     @property
     def brightest(self) -> Grey:

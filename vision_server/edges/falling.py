@@ -123,13 +123,12 @@ def learn_falling(parts: Sides, is_outline: Flags, is_shadow: Flags) -> Falling:
     ends = parts.of(np.flatnonzero(is_shadow))
     missing = _most_changed(ends.near)
     at = _dark_side(ends.near, ends.axis)
-    tables = []
-    for light, towards in enumerate(shading):
-        seen = np.bincount(at[light, missing == light], minlength=DIRECTIONS) / LIKE_ONE
-        likely = LOG_EITHER @ seen + SHADING * (towards[0] * np.cos(ANGLES) + towards[1] * np.sin(ANGLES))
-        likely = np.exp(likely - likely.max())
-        tables.append(likely / likely.sum() @ AT_END)
-    shadow = np.array(tables, np.float32)
+    number = DIRECTIONS * missing + at[missing, np.arange(len(missing))]
+    seen = np.bincount(number, minlength=DIRECTIONS * len(shading)).reshape(-1, DIRECTIONS)
+    likely = seen / LIKE_ONE @ LOG_EITHER.T
+    likely += SHADING * shading @ np.stack([np.cos(ANGLES), np.sin(ANGLES)])
+    likely = np.exp(likely - likely.max(axis=1, keepdims=True))
+    shadow = (likely / likely.sum(axis=1, keepdims=True) @ AT_END).astype(np.float32)
     return Falling(shadow, np.roll(shadow, DIRECTIONS // 2, axis=1))
 
 

@@ -62,14 +62,14 @@ class Sides(NamedTuple):
 
     def of(self, edgels: slice | Ints) -> Sides:
         """Those of some of the edgels."""
-        return self._replace(
-            near=np.ascontiguousarray(self.near[..., edgels]),
-            brightest=np.ascontiguousarray(self.brightest[..., edgels]),
-            noise=np.ascontiguousarray(self.noise[:, edgels]),
-            known=np.ascontiguousarray(self.known[:, edgels]),
-            axis=self.axis[edgels],
-            sharpness=None if self.sharpness is None else self.sharpness[edgels],
-        )
+        if isinstance(edgels, slice):
+            near, brightest = (np.ascontiguousarray(of[..., edgels]) for of in (self.near, self.brightest))
+            noise, known = (np.ascontiguousarray(of[:, edgels]) for of in (self.noise, self.known))
+        else:  # many times as quick as an index
+            near, brightest = self.near.take(edgels, axis=2), self.brightest.take(edgels, axis=2)
+            noise, known = self.noise.take(edgels, axis=1), self.known.take(edgels, axis=1)
+        sharpness = None if self.sharpness is None else self.sharpness[edgels]
+        return Sides(near, brightest, noise, known, self.axis[edgels], self.dark, sharpness)
 
 
 class FlatGrey(NamedTuple):
