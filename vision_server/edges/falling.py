@@ -18,6 +18,7 @@ import numpy as np
 
 from numerics.arrays import Field, Flags, Floats, Ints
 from numerics.kernels import kernel
+from numerics.logarithm import ONE, ZERO
 from vision_server.edges.sides import Sides
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds --levels`.
@@ -135,11 +136,30 @@ def learn_falling(parts: Sides, is_outline: Flags, is_shadow: Flags) -> Falling:
 def _shading(parts: Sides, is_outline: Flags) -> Floats:
     """Mean direction (L, 2) from what stands before the background outwards, by what each light gives there
     beside its mean; its length is how much all outlines say the same."""
-    near = np.maximum(parts.near[:, :, is_outline], 0.0)
-    both = near.sum(axis=0)
-    behind = both[0] > both[1]
-    share = np.where(behind, near[:, 0], near[:, 1]) / np.maximum(both.max(axis=0), 1.0)
-    axis = parts.axis[is_outline]
-    outwards = np.stack([np.cos(axis), np.sin(axis)], axis=1) * np.where(behind, 1.0, -1.0)[:, None]
-    more = share - share.mean(axis=1, keepdims=True) if share.shape[1] else share
-    return np.asarray(more @ outwards / np.maximum(np.abs(more).sum(axis=1, keepdims=True), 1e-9))
+    towards = np.zeros((len(parts.near), 2))
+    _sum_shading(parts.near, parts.axis, np.flatnonzero(is_outline), towards)
+    return towards
+
+
+@kernel(nogil=True)
+def _sum_shading(near: Field, axis: Field, outlines: Ints, towards: Floats) -> None:
+    """As `_shading`, by the numbers of the outlines; ``towards`` (L, 2) is an output."""
+    lights, count = len(near), len(outlines)
+    share, outwards = np.empty((lights, count)), np.empty((count, 2))
+    for k in range(count):
+        i = outlines[k]
+        behind, ahead = ZERO, ZERO
+        for light in range(lights):
+            behind, ahead = behind + max(near[light, 0, i], ZERO), ahead + max(near[light, 1, i], ZERO)
+        side, sign = (0, ONE) if behind > ahead else (1, -ONE)
+        outwards[k, 0], outwards[k, 1] = sign * np.cos(axis[i]), sign * np.sin(axis[i])
+        for light in range(lights):
+            share[light, k] = max(near[light, side, i], ZERO) / max(behind, ahead, ONE)
+    for light in range(lights):
+        mean, total = share[light].sum() / max(count, 1), 1e-9
+        for k in range(count):
+            more = share[light, k] - mean
+            total += abs(more)
+            towards[light, 0] += more * outwards[k, 0]
+            towards[light, 1] += more * outwards[k, 1]
+        towards[light] /= total
