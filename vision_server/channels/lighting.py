@@ -14,6 +14,7 @@ All of it is smooth, and kept for each 2 x 2 px.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import cv2
@@ -127,15 +128,25 @@ def lighting(
     weight_exponent
         k; 0 weighs all channels alike.
     """
-    stops = np.log2((linear_of / exposure + LIT_OFFSET_GREY) / 128.0)
-    exponents = np.clip(weight_exponent * stops, -LOG2_WEIGHT_LIMIT, LOG2_WEIGHT_LIMIT)
     sharpness = (SHARPEST_PX / spread_px) ** SHARPNESS_EXPONENT
-    root = (np.exp2(0.5 * exponents) * np.sqrt(sharpness)).astype(np.float32)
-    clipped = np.arange(256) >= SATURATED_GREY
-    root_of_brightest = np.where(clipped, root * np.float32(2.0 ** (-weight_exponent * CLIPPED_STOPS)), root)
-
+    root, root_of_brightest = _roots(linear_of, exposure, math.sqrt(sharpness), weight_exponent)
     reach = max(int(np.round(0.5 * REACH * spread_px)), 1)
     return Lighting(level, reach, noise_of, root, root_of_brightest)
+
+
+@kernel(nogil=True)
+def _roots(
+    linear_of: Floats, exposure: float, sharpness: float, weight_exponent: float
+) -> tuple[Field, Field]:
+    """Factors of the weight (256,) by the darkest and by the brightest grey, each times ``sharpness``."""
+    darkest, brightest = np.empty(256, np.float32), np.empty(256, np.float32)
+    less = np.float32(2.0 ** (-weight_exponent * CLIPPED_STOPS))
+    for grey in range(256):
+        stops = math.log2((linear_of[grey] / exposure + LIT_OFFSET_GREY) / 128.0)
+        exponent = min(max(weight_exponent * stops, -LOG2_WEIGHT_LIMIT), LOG2_WEIGHT_LIMIT)
+        darkest[grey] = 2.0 ** (0.5 * exponent) * sharpness
+        brightest[grey] = darkest[grey] * less if grey >= SATURATED_GREY else darkest[grey]
+    return darkest, brightest
 
 
 def _looked_up(level: Any, table: Field) -> Field:

@@ -175,12 +175,22 @@ def gradient_scale(image: Pixels, noise: Floats, counts: Ints) -> float:
         low, middle, high = (grey_per_count(image) * np.quantile(sampled, TELLING_RANKS)).tolist()
         share = float(noise[int(0.5 * (middle + high))]) / max(high - low, FINEST_STEP_GREY)
     else:
-        below = np.cumsum(counts)
-        ranks = [int(rank * (below[-1] - 1)) for rank in TELLING_RANKS]
-        low, middle, high = np.searchsorted(below, ranks, side="right").tolist()
+        low, middle, high = _of_ranks(counts)
         share = float(noise[(middle + high) // 2]) / max(high - low, 1)
     scale: float = SCALE_PER_ROOT * share ** (1.0 / 3.0)
     return min(max(scale, FINEST_SCALE_PX), COARSEST_SCALE_PX)
+
+
+@kernel(nogil=True)
+def _of_ranks(counts: Ints) -> tuple[int, int, int]:
+    """Greys of `TELLING_RANKS`, by how many pixels have each of 256."""
+    greys, total = np.zeros(3, np.int64), counts.sum() - 1
+    for number, rank in enumerate(TELLING_RANKS):
+        left = int(rank * total) - counts[0]
+        while left >= 0:
+            greys[number] += 1
+            left -= counts[greys[number]]
+    return greys[0], greys[1], greys[2]
 
 
 def clipping_grey(counts: Ints, noise: Floats) -> int:

@@ -175,18 +175,34 @@ def _telling(of: Sides, sd: Field, lit: Flags, most_on: int) -> Ints:
 
 def _clusters(steps: Floats) -> list[Cluster]:
     """Clusters, from the largest on."""
-    apart = _apart(steps)
-    near, left = (apart < ALIKE).astype(np.float32), np.ones(len(steps), np.bool_)
     clusters: list[Cluster] = []
-    while left.any():
-        count = (near @ left.astype(np.float32)) * left
-        most = count.argmax()
-        if count[most] < FEWEST_OF_ALL:
-            break
-        middle = np.median(steps[(near[most] > 0.0) & left], axis=0)
-        clusters.append(Cluster(np.where(middle > ON_BY_MANY, middle, 0.0), int(count[most])))
-        left &= apart[most] > APART
+    left, near = np.ones(len(steps), np.bool_), np.empty(len(steps), np.bool_)
+    apart = _apart(steps)
+    while (count := _largest(apart, left, near)) >= FEWEST_OF_ALL:
+        middle = np.median(steps[near], axis=0)
+        clusters.append(Cluster(np.where(middle > ON_BY_MANY, middle, 0.0), count))
     return clusters
+
+
+@kernel(nogil=True)
+def _largest(apart: Floats, left: Flags, near: Flags) -> int:
+    """How many of the steps that are left (M,) are in the largest cluster, which is not left then.
+
+    ``left`` and ``near``, those that are in it, are outputs; ``apart`` is what `_apart` gives.
+    """
+    largest, most = 0, 0
+    for i in range(len(left)):
+        count = 0
+        if left[i]:
+            for k in range(len(left)):
+                count += left[k] & (apart[i, k] < ALIKE)
+        if count > largest:
+            largest, most = count, i
+    if largest >= FEWEST_OF_ALL:
+        for k in range(len(left)):
+            near[k] = left[k] & (apart[most, k] < ALIKE)
+            left[k] &= apart[most, k] > APART
+    return largest
 
 
 @kernel(nogil=True)

@@ -12,7 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from numerics.arrays import Field, Floats
+from numerics.arrays import Field, Flags, Floats
+from numerics.kernels import kernel
+from numerics.logarithm import ZERO
 from vision_server.edges.sides import Sides
 
 SAME = 1e-6  # rounding
@@ -87,10 +89,35 @@ def parts_of(sides: Sides, lights: KnownLights) -> Sides | None:
     share = lights.share
     if share is None:
         return None
-    near = np.tensordot(share, sides.near, axes=1)
-    noise = np.sqrt(np.square(share) @ np.square(sides.noise))
-    known = np.broadcast_to(sides.known.all(axis=0), noise.shape)
-    return sides._replace(near=near, brightest=near, noise=noise, known=known)
+    many, count = len(share), sides.noise.shape[1]
+    near, noise = np.empty((many, 2, count), np.float32), np.empty((many, count), np.float32)
+    known = np.empty((many, count), np.bool_)
+    _parts(share, sides, near, noise, known)
+    return Sides(near, near, noise, known, sides.axis, sides.dark, sides.sharpness)
+
+
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _parts(share: Field, of: Sides, near: Field, noise: Field, known: Flags) -> None:
+    """As `parts_of`; the last three are outputs."""
+    channels, count = of.noise.shape
+    for light in range(len(share)):
+        for side in range(2):
+            given = near[light, side]
+            given[:] = ZERO
+            for channel in range(channels):
+                part = share[light, channel]
+                for i in range(count):
+                    given[i] += part * of.near[channel, side, i]
+        of_noise, of_known = noise[light], known[light]
+        of_noise[:], of_known[:] = ZERO, True
+        for channel in range(channels):
+            part = share[light, channel] * share[light, channel]
+            for i in range(count):
+                of_noise[i] += part * of.noise[channel, i] * of.noise[channel, i]
+            for i in range(count):
+                of_known[i] &= of.known[channel, i]
+        for i in range(count):
+            of_noise[i] = np.sqrt(of_noise[i])
 
 
 def apparent_parts(sides: Sides) -> Sides:
