@@ -91,7 +91,9 @@ class Lighting(NamedTuple):
 
     def noise_at(self, places: NDArray[np.int32]) -> Field:
         """`noise` at flat indices (N,) into the 2 x 2 px."""
-        return _looked_up(self.level.ravel()[places], self.noise_of).ravel()
+        if is_deep(self.level):
+            return _looked_up(self.level.ravel()[places], self.noise_of)
+        return _noise_at(self.level, places, self.noise_of)
 
     @property
     def noise(self) -> Field:
@@ -154,6 +156,15 @@ def _looked_up(level: Any, table: Field) -> Field:
     if is_deep(level):
         return np.asarray(np.interp(COUNTS, LEVELS, table).astype(np.float32)[level])
     return np.asarray(cv2.LUT(level, table), np.float32)
+
+
+@kernel(nogil=True)
+def _noise_at(level: Grey, places: NDArray[np.int32], noise_of: Field) -> Field:
+    """As `Lighting.noise_at`, of whole greys."""
+    found, flat = np.empty(len(places), np.float32), level.ravel()
+    for i in range(len(places)):
+        found[i] = noise_of[flat[places[i]]]
+    return found
 
 
 @kernel(nogil=True)

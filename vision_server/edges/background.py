@@ -8,7 +8,6 @@ most of the border has its grey in each light.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,8 @@ from vision_server.edges.sides import Sides
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 BACKGROUND_SHARE = 0.02  # of the image, in its best lights, that is darker than what counts as background
-SAMPLE_PX = 4  # side of the squares whose middles say how dark a background is, or that it is a wall
+SAMPLE_CELLS = 2  # step of the cells that say how dark a background is
+SAMPLE_PX = 4  # side of the squares whose middles say that it is a wall
 FRAME_CELLS = 2  # of these, at the image's border, by which a wall is told
 WALL_SPREAD, LEAST_WALL = 0.1, 0.6  # of its logarithm there, in such a share: the rest is in shadow
 WALL_FITS = 10  # with 5 large shadows at the dim end still pull it
@@ -58,10 +58,9 @@ class Background(NamedTuple):
 
 def background_of(edges: EdgeMap, sides: Sides) -> Background:
     """What is behind the edgels of a merged set, of which ``sides`` are."""
-    sampled = [_coarse(channel, SAMPLE_PX) for channel in edges.channels]
-    dark = float(at_share(reduce(np.maximum, sampled), BACKGROUND_SHARE))
-    fits = _wall_fits(sampled, sides.dark)
     best = brightest_cells(edges.channels)
+    dark = float(at_share(best[::SAMPLE_CELLS, ::SAMPLE_CELLS], BACKGROUND_SHARE))
+    fits = _wall_fits(edges.channels, sides.dark)
     free = free_cells(edges, sides, best.shape)
     if fits is None:
         return Background(dark, sides_met(edges, dark_or_even(best, dark, sides.dark, free)))
@@ -73,17 +72,19 @@ def background_of(edges: EdgeMap, sides: Sides) -> Background:
     return Background(dark, met, np.asarray(at_edgels, np.float32))
 
 
-def _wall_fits(means: Sequence[Field], dark: float) -> Floats | None:
+def _wall_fits(channels: Sequence[ChannelStatistics], dark: float) -> Floats | None:
     """What a wall's logarithm is in each light, as the frame tells it: of `_quadratic` (C, 6); or None.
 
     It is a quadratic of the place, as lamps are near, and is fitted again and again to what fits.
     """
-    rows, columns = means[0].shape
+    rows, columns = (max(side // SAMPLE_PX, 1) for side in channels[0].shape)
     frame = np.ones((rows, columns), np.bool_)
     frame[FRAME_CELLS:-FRAME_CELLS, FRAME_CELLS:-FRAME_CELLS] = False
-    greys = [mean[frame].astype(np.float64) + dark for mean in means]
-    if any(np.count_nonzero(grey < (LIT + 1.0) * dark) > len(grey) / 2 for grey in greys):
-        return None
+    greys = []
+    for channel in channels:
+        greys.append(_coarse(channel, SAMPLE_PX)[frame].astype(np.float64) + dark)
+        if np.count_nonzero(greys[-1] < (LIT + 1.0) * dark) > len(greys[-1]) / 2:
+            return None
     y, x = np.nonzero(frame)
     at_frame = _quadratic((x + 0.5) / columns, (y + 0.5) / rows)
     fits = []

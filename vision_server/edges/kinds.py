@@ -116,36 +116,37 @@ class EdgeKinds(NamedTuple):
 
 def fit_kinds(likelihood: Reals) -> tuple[Reals, Reals]:
     """Probability (6, N) of each kind for each edgel, and how frequent they are (6,), by EM."""
-    share = np.full(len(KINDS), 1.0 / len(KINDS))
     likely = np.exp(likelihood - likelihood.max(axis=0), dtype=np.float32)
-    for _ in range(EM_ITERATIONS):
-        # E-step: the probability of a kind is its share times its likelihood, over the sum of these
-        # M-step: how frequent the kinds are is the mean of that
-        share = np.maximum(share * _over_all_kinds(likely, share) / likely.shape[1], LEAST_SHARE)
-        share /= share.sum()
+    share = _shares_of_kinds(likely)
     return likely * share[:, None] / (share @ likely), share
 
 
 @kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
-def _over_all_kinds(likely: Field, share: Floats) -> Floats:
-    """Sums (K,) over the edgels of how likely each kind is (K, N) over that of all by their ``share``."""
+def _shares_of_kinds(likely: Field) -> Floats:
+    """How frequent kinds are (K,), by how likely N edgels are of each (K, N)."""
     kinds, count = likely.shape
-    sums, of_all = np.zeros(kinds), np.empty(SUMMED, np.float32)
-    for first in range(0, count, SUMMED):
-        some = min(SUMMED, count - first)
-        of_all[:] = ZERO
-        for kind in range(kinds):
-            row, of_kind = likely[kind, first : first + some], np.float32(share[kind])
+    share, of_all = np.full(kinds, 1.0 / kinds), np.empty(SUMMED, np.float32)
+    for _ in range(EM_ITERATIONS):
+        sums = np.zeros(kinds)
+        for first in range(0, count, SUMMED):
+            some = min(SUMMED, count - first)
+            # E-step: the probability of a kind is its share times its likelihood, over the sum of these
+            of_all[:] = ZERO
+            for kind in range(kinds):
+                row, of_kind = likely[kind, first : first + some], np.float32(share[kind])
+                for i in range(some):
+                    of_all[i] += of_kind * row[i]
             for i in range(some):
-                of_all[i] += of_kind * row[i]
-        for i in range(some):
-            of_all[i] = ONE / of_all[i]
-        for kind in range(kinds):
-            row, total = likely[kind, first : first + some], ZERO
-            for i in range(some):
-                total += row[i] * of_all[i]
-            sums[kind] += total
-    return sums
+                of_all[i] = ONE / of_all[i]
+            for kind in range(kinds):
+                row, total = likely[kind, first : first + some], ZERO
+                for i in range(some):
+                    total += row[i] * of_all[i]
+                sums[kind] += total
+        # M-step: how frequent the kinds are is the mean of that
+        share = np.maximum(share * sums / count, LEAST_SHARE)
+        share /= share.sum()
+    return share
 
 
 def edge_kinds(channels: Sequence[ChannelStatistics], levels: Floats | None = None) -> EdgeKinds:
