@@ -237,7 +237,8 @@ def kinds_of(
         lights = lamps_in_the_dark(levels, sides) or lights
     falling = _falling_of(sides, background, lights)
     likelihood = likelihoods(sides, background, lights, falling)
-    likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)
+    likelihood -= likelihood.max(axis=0)
+    np.maximum(likelihood, LEAST_LOG, out=likelihood)
     found = _levels_from(levels, lights)
     likelihood = (COHERENCE if levels is None else KNOWN_COHERENCE) * mean_along(edges, likelihood)
     if found == UNKNOWN:
