@@ -62,6 +62,7 @@ LEAST_LOG = -8.0  # of a likelihood, beside the edgel's largest: no single edgel
 COHERENCE, KNOWN_COHERENCE = 1.3, 2.5
 LESS_SURE = 0.6  # of the logarithm of one kind to another but outline, where levels are unknown
 MEAN_FLOOR_RATIO = 5.0  # a mean contrast under so many standard deviations of its own noise is none
+LEAST = 1e-12  # of a probability
 LEAST_SHARE = 0.03  # of a kind: one that is absent may come
 LEAST_CLEAR = 0.5  # share of a channel's edges that are not beside clipped pixels
 # Of the share of the middle one of the set: of twelve photographs the least has .90 of it, of six drawn
@@ -119,6 +120,25 @@ def fit_kinds(likelihood: Reals) -> tuple[Reals, Reals]:
     likely = np.exp(likelihood - likelihood.max(axis=0), dtype=np.float32)
     share = _shares_of_kinds(likely)
     return likely * share[:, None] / (share @ likely), share
+
+
+@kernel(nogil=True)
+def less_sure_shadows(probability: Reals) -> None:
+    """Let shadows (6, N) that are likelier than all else but outlines have the root of their odds.
+
+    Lights that were found in the images mislead edgels alike, which no density knows. The likeliest kind
+    stays the likeliest.
+    """
+    for i in range(probability.shape[1]):
+        others = 1.0 - probability[OUTLINE, i]
+        rest = others - probability[SHADOW, i]
+        if rest < probability[SHADOW, i]:
+            root, of_rest = np.sqrt(probability[SHADOW, i]), np.sqrt(max(rest, LEAST))
+            shadow = others * root / (root + of_rest)
+            for kind in range(len(probability)):
+                if kind not in (OUTLINE, SHADOW):
+                    probability[kind, i] *= (others - shadow) / max(rest, LEAST)
+            probability[SHADOW, i] = shadow
 
 
 @kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
@@ -246,6 +266,8 @@ def kinds_of(
         best = likelihood[others].max(axis=0)
         likelihood[others] = best + LESS_SURE * (likelihood[others] - best)
     probability, share = fit_kinds(likelihood)
+    if found == LEARNT:
+        less_sure_shadows(probability)
     if background.met is not None:
         # what fades and is no contour, as it does not meet the ground, the merge was right to leave out
         left_out = np.flatnonzero((edges.mass == 0.0) & (background.met != ONE_SIDE))

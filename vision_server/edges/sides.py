@@ -64,7 +64,8 @@ class Sides(NamedTuple):
         """Those of some of the edgels."""
         if isinstance(edgels, slice):
             near, brightest = (np.ascontiguousarray(of[..., edgels]) for of in (self.near, self.brightest))
-            noise, known = (np.ascontiguousarray(of[:, edgels]) for of in (self.noise, self.known))
+            noise = np.ascontiguousarray(self.noise[:, edgels])
+            known = np.ascontiguousarray(self.known[:, edgels])
         else:  # many times as quick as an index
             near, brightest = self.near.take(edgels, axis=2), self.brightest.take(edgels, axis=2)
             noise, known = self.noise.take(edgels, axis=1), self.known.take(edgels, axis=1)

@@ -99,7 +99,7 @@ def _of_lamps(near: Field, variance: Field, of_sun: Field) -> Floats:
     from scipy.optimize import nnls  # late: few image sets need it, and it takes half of a start
 
     # as long and as far from each other as the images: what fits these fits those
-    flat = np.linalg.qr(near.reshape(len(near), -1).T.astype(np.float64), mode="r").T
+    flat = np.asarray(np.linalg.qr(near.reshape(len(near), -1).T.astype(np.float64), mode="r")).T
     lamps = list(range(len(near)))
     for one in range(len(near)):
         others = [lamp for lamp in lamps if lamp != one]
