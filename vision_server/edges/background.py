@@ -24,7 +24,7 @@ from vision_server.edges.sides import Sides
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 BACKGROUND_SHARE = 0.02  # of the image, in its best lights, that is darker than what counts as background
-SAMPLE_CELLS = 2  # step of the cells that say how dark a background is
+SAMPLE_CELLS = 4  # step of the cells that say how dark a background is
 SAMPLE_PX = 4  # side of the squares whose middles say that it is a wall
 FRAME_CELLS = 2  # of these, at the image's border, by which a wall is told
 WALL_SPREAD, LEAST_WALL = 0.1, 0.6  # of its logarithm there, in such a share: the rest is in shadow
