@@ -136,7 +136,7 @@ def test_beside_a_clipped_channel_shadows_are_told_by_the_others() -> None:
 
 @pytest.mark.parametrize("more", [[], [[0.5, 0.5, 0.0, 0.2]]])
 def test_what_each_light_gives_is_found_from_as_many_channels_and_from_more(more: list[list[float]]) -> None:
-    levels = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.5, 0.5, 0.5], *(m[:3] for m in more)])
+    levels = np.array([*LEVELS, *(image[:3] for image in more)])
     given = np.array([[10.0, 40.0], [20.0, 20.0], [30.0, 0.0], [5.0, 6.0]], np.float32)  # of lamps and sun
     near = np.asarray(np.hstack([levels, np.ones((len(levels), 1))]) @ given, np.float32)[..., None]
     noise, known = np.full((len(levels), 1), 2.0, np.float32), np.ones((len(levels), 1), bool)
