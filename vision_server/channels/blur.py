@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from numerics.arrays import Field, Grey, Ints
 from numerics.kernels import kernel
+from numerics.marks import list_marks, no_marks
 from vision_server.channels.depth import Pixels, deepened
 from vision_server.channels.gaussian import contrast_kernels
 
@@ -23,6 +24,7 @@ SMOOTHING = (22, 62, 88)  # of 256: half a Gaussian of 1.2 px, before ridges of 
 STRONGEST_SHARE = 0.03  # of the pixels: what counts as a strong edge; chosen by hand
 SAMPLE_STEP = 4  # rows between those whose gradients are ranked
 NEARLY_CLIPPED_GREY = 245  # edges of clipped areas look sharper than they are
+FIRST_ROOM = 1024  # ridges for which there is room at first
 MIN_EDGELS = 20  # fewer say nothing
 MOST_EDGELS = 150  # more say nothing new
 MOST_BLUR_PX = 8.0  # more cannot be told: the coarse scale sees the edge's neighbours
@@ -108,20 +110,32 @@ def least_strong(slope: Slopes) -> int:
 
 
 @kernel(nogil=True)
-def _ridges(places: Ints, gx: Slopes, gy: Slopes, slope: Slopes, margin: int) -> Ints:
-    """Rows (y, x) of the places where ``slope`` is a maximum along the nearest of four directions."""
+def _ridges(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes, margin: int) -> Ints:
+    """Rows (y, x) of strong slopes, maxima along the nearest of four directions, beside nothing clipped."""
     rows, columns = slope.shape
-    ridges = np.empty((len(places) + 1, 2), np.int64)
-    found = 0
-    for place in places:
-        y = place // columns
-        x = place - y * columns
-        if min(y, x, rows - 1 - y, columns - 1 - x) < margin:
-            continue
-        a, b = abs(gx[y, x]), abs(gy[y, x])
-        v = 0 if a > 2 * b else 1
-        u = 0 if b > 2 * a else 1 if (gx[y, x] > 0) == (gy[y, x] > 0) else -1
-        if slope[y, x] >= slope[y + v, x + u] and slope[y, x] > slope[y - v, x - u]:
+    least = np.int16(least_strong(slope))
+    marks = no_marks(columns)
+    ridges, found = np.empty((FIRST_ROOM, 2), np.int64), 0
+    for y in range(margin, rows - margin):
+        of_row = slope[y]
+        for x in range(columns):
+            marks.marked[x] = of_row[x] >= least
+        for x in marks.numbers[: list_marks(marks)]:
+            if x < margin or x >= columns - margin:
+                continue
+            a, b = abs(gx[y, x]), abs(gy[y, x])
+            v = 0 if a > 2 * b else 1
+            u = 0 if b > 2 * a else 1 if (gx[y, x] > 0) == (gy[y, x] > 0) else -1
+            if slope[y, x] < slope[y + v, x + u] or slope[y, x] <= slope[y - v, x - u]:
+                continue
+            brightest = 0
+            for near_y in range(y - 2, y + 3):
+                for near_x in range(x - 2, x + 3):
+                    brightest = max(brightest, half[near_y, near_x])
+            if brightest >= NEARLY_CLIPPED_GREY:
+                continue
+            if found == len(ridges):
+                ridges = np.concatenate((ridges, ridges))
             ridges[found, 0], ridges[found, 1] = y, x
             found += 1
     return ridges[:found]
@@ -131,9 +145,7 @@ def _strongest_edgels(half: Grey, margin: int) -> Ints:
     """Rows (y, x) on the ridges of the strongest gradients; Sobel's, with the length |gx| + |gy|."""
     gx, gy, slope = np.empty((3, *half.shape), np.int16)
     _slopes(half, gx, gy, slope)
-    brightest = np.asarray(cv2.dilate(half, np.ones((5, 5), np.uint8)))
-    places = np.flatnonzero((slope >= np.int16(least_strong(slope))) & (brightest < NEARLY_CLIPPED_GREY))
-    return np.asarray(_ridges(places, gx, gy, slope, margin))
+    return np.asarray(_ridges(half, gx, gy, slope, margin))
 
 
 @kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})

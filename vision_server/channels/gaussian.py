@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import cv2
@@ -33,7 +34,8 @@ def contrast_kernels(sigma_px: float, exposure: float = 1.0) -> Kernels:
 
 def noise_gain(kernels: Kernels) -> float:
     """Standard deviation of a derivative over that of the white noise of single pixels."""
-    return float(np.linalg.norm(kernels[0]) * np.linalg.norm(kernels[1]))
+    smooth, derivative = kernels
+    return math.sqrt(float(smooth @ smooth) * float(derivative @ derivative))
 
 
 def gaussian_gradient(image: Grey | Field, kernels: Kernels) -> tuple[Field, Field]:

@@ -140,16 +140,18 @@ def list_row(
     before, here, after = rows
     floor_of, lowest, greys = floor
     last, zero = len(greys) - 1, np.float32(0.0)
-    of_row = magnitude[here : here + columns]
+    of_row, dx_row, dy_row, above_row, below_row = (
+        magnitude[here : here + columns], along_x[here : here + columns], along_y[here : here + columns],
+        magnitude[before : before + columns], magnitude[after : after + columns],
+    )  # fmt: skip
     for x in range(1, columns - 1):  # fills vector registers
-        above[x] = of_row[x] > lowest
+        beside, across = max(of_row[x - 1], of_row[x + 1]), max(above_row[x], below_row[x])
+        nearest = beside if abs(dx_row[x]) > abs(dy_row[x]) else across
+        above[x] = (of_row[x] > lowest) & (of_row[x] >= FLANK_RATIO * nearest)
     candidates, count = strong[: list_marks(marks)], 0
     for x in candidates:
-        at = here + x
-        ahead, behind = (at + 1, at - 1) if abs(along_x[at]) > abs(along_y[at]) else (after + x, before + x)
-        m, nearest = magnitude[at], max(magnitude[ahead], magnitude[behind])
         strong[count] = x
-        count += (m > floor_of[greys[min(x >> 1, last)]]) & (m >= FLANK_RATIO * nearest)
+        count += of_row[x] > floor_of[greys[min(x >> 1, last)]]
     for x in strong[:count]:
         at = here + x
         m, dx, dy = magnitude[at], along_x[at], along_y[at]

@@ -14,6 +14,7 @@ All of it is smooth, and kept for each 2 x 2 px.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import cv2
@@ -64,9 +65,9 @@ class Lighting(NamedTuple):
     is_even: bool = False
 
     def weight_of_rows(self, first: int, end: int) -> Field:
-        """`weight` of these rows."""
+        """`weight` of these rows; (1, 1) where it is even."""
         if self.is_even:
-            return np.ones((end - first, self.level.shape[1]), np.float32)
+            return np.ones((1, 1), np.float32)
         top = max(first - self.reach, 0)
         level, there = self.level[top : end + self.reach], np.s_[first - top : end - top]
         darkest = _looked_up(cv2.erode(level, self._window)[there], self.weight_of_darkest)
@@ -76,7 +77,8 @@ class Lighting(NamedTuple):
     @property
     def weight(self) -> Field:
         """How lit they are in this channel, float32 (H // 2, W // 2)."""
-        return self.weight_of_rows(0, len(self.level))
+        weight = self.weight_of_rows(0, len(self.level))
+        return np.full(self.level.shape, weight) if self.is_even else weight
 
     @property
     def brightest(self) -> Grey:
@@ -89,7 +91,9 @@ class Lighting(NamedTuple):
 
     def noise_at(self, places: NDArray[np.int32]) -> Field:
         """`noise` at flat indices (N,) into the 2 x 2 px."""
-        return _looked_up(self.level.ravel()[places], self.noise_of).ravel()
+        if is_deep(self.level):
+            return _looked_up(self.level.ravel()[places], self.noise_of)
+        return _noise_at(self.level, places, self.noise_of)
 
     @property
     def noise(self) -> Field:
@@ -126,15 +130,25 @@ def lighting(
     weight_exponent
         k; 0 weighs all channels alike.
     """
-    stops = np.log2((linear_of / exposure + LIT_OFFSET_GREY) / 128.0)
-    exponents = np.clip(weight_exponent * stops, -LOG2_WEIGHT_LIMIT, LOG2_WEIGHT_LIMIT)
     sharpness = (SHARPEST_PX / spread_px) ** SHARPNESS_EXPONENT
-    root = (np.exp2(0.5 * exponents) * np.sqrt(sharpness)).astype(np.float32)
-    clipped = np.arange(256) >= SATURATED_GREY
-    root_of_brightest = np.where(clipped, root * np.float32(2.0 ** (-weight_exponent * CLIPPED_STOPS)), root)
-
+    root, root_of_brightest = _roots(linear_of, exposure, math.sqrt(sharpness), weight_exponent)
     reach = max(int(np.round(0.5 * REACH * spread_px)), 1)
     return Lighting(level, reach, noise_of, root, root_of_brightest)
+
+
+@kernel(nogil=True)
+def _roots(
+    linear_of: Floats, exposure: float, sharpness: float, weight_exponent: float
+) -> tuple[Field, Field]:
+    """Factors of the weight (256,) by the darkest and by the brightest grey, each times ``sharpness``."""
+    darkest, brightest = np.empty(256, np.float32), np.empty(256, np.float32)
+    less = np.float32(2.0 ** (-weight_exponent * CLIPPED_STOPS))
+    for grey in range(256):
+        stops = math.log2((linear_of[grey] / exposure + LIT_OFFSET_GREY) / 128.0)
+        exponent = min(max(weight_exponent * stops, -LOG2_WEIGHT_LIMIT), LOG2_WEIGHT_LIMIT)
+        darkest[grey] = 2.0 ** (0.5 * exponent) * sharpness
+        brightest[grey] = darkest[grey] * less if grey >= SATURATED_GREY else darkest[grey]
+    return darkest, brightest
 
 
 def _looked_up(level: Any, table: Field) -> Field:
@@ -142,6 +156,15 @@ def _looked_up(level: Any, table: Field) -> Field:
     if is_deep(level):
         return np.asarray(np.interp(COUNTS, LEVELS, table).astype(np.float32)[level])
     return np.asarray(cv2.LUT(level, table), np.float32)
+
+
+@kernel(nogil=True)
+def _noise_at(level: Grey, places: NDArray[np.int32], noise_of: Field) -> Field:
+    """As `Lighting.noise_at`, of whole greys."""
+    found, flat = np.empty(len(places), np.float32), level.ravel()
+    for i in range(len(places)):
+        found[i] = noise_of[flat[places[i]]]
+    return found
 
 
 @kernel(nogil=True)

@@ -30,9 +30,14 @@ ROWS = 3  # of the gradient, that tell the pixels of the middle one
 def narrowed(kernels: Kernels) -> Kernels | None:
     """The same kernels of radius 2 without ends that are negligible; None if there are none."""
     cut = len(kernels[0]) // 2 - RADIUS
-    if cut > 0 and all(np.abs(taps[:cut]).max() <= NEGLIGIBLE * taps.max() for taps in kernels):
+    if cut > 0 and all(_are_negligible(taps.tolist(), cut) for taps in kernels):
         return kernels[0][cut:-cut].copy(), kernels[1][cut:-cut].copy()
     return kernels if cut == 0 else None
+
+
+def _are_negligible(taps: list[float], cut: int) -> bool:
+    """Whether so many taps at either end of a kernel are."""
+    return max(abs(tap) for tap in taps[:cut]) <= NEGLIGIBLE * max(taps)
 
 
 def narrow_pixels_of_rows(

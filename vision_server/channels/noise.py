@@ -22,6 +22,7 @@ from vision_server.channels.depth import (
 MAD_TO_SD = 1.4826  # of a Gaussian
 MASK_NORM = 6.0  # Euclidean norm of the mask [1 -2 1; -2 4 -2; 1 -2 1]
 LARGEST_RESPONSE = 8 * 255  # of that mask
+USUAL_RESPONSE = 255  # medians are hardly ever more: a table that the processor's first cache holds
 # Chosen by hand where nothing else is said.
 MIN_SAMPLES = 200  # in a grey band before its spread is believed
 BANDS = 16  # of grey; chosen by hand
@@ -61,7 +62,7 @@ def grey_noise(image: Pixels) -> Floats:
     a, b = 0.0, 0.0
     if min(image.shape) >= 5:
         step = max(3, image.shape[0] // SAMPLED_ROWS)
-        medians, counts = _deep_medians(image, step) if is_deep(image) else _band_medians(image, step)
+        medians, counts = _deep_medians(image, step) if is_deep(image) else _medians(image, step)
         a, b = _variance_line(medians, counts)
     return np.asarray(np.sqrt(np.maximum(a + b * LEVELS, rounding_sd(image) ** 2)), dtype=np.float64)
 
@@ -82,11 +83,22 @@ def _deep_medians(image: Pixels, step: int) -> tuple[Floats, Floats]:
     return medians, counts
 
 
+def _medians(image: Grey, step: int) -> tuple[Floats, Floats]:
+    """`_band_medians`, of which all are less than the largest that is counted."""
+    medians, counts = _band_medians(image, step, USUAL_RESPONSE)
+    if medians.max() < USUAL_RESPONSE:
+        return medians, counts
+    return _band_medians(image, step, LARGEST_RESPONSE)
+
+
 @kernel(nogil=True)
-def _band_medians(image: Grey, step: int) -> tuple[Floats, Floats]:
-    """Median of the mask's absolute response in each band of grey, and how many responses it is of."""
+def _band_medians(image: Grey, step: int, largest: int) -> tuple[Floats, Floats]:
+    """Median of the mask's absolute response in each band of grey, and how many responses it is of.
+
+    Responses of more than ``largest`` count as that: medians that reach it are no medians.
+    """
     rows, columns = image.shape
-    histogram = np.zeros((BANDS, LARGEST_RESPONSE + 1), np.int32)
+    histogram = np.zeros((BANDS, largest + 1), np.int32)
     column = np.empty(columns, np.int32)
     for y in range(0, rows - 2, step):
         top, middle, bottom = image[y], image[y + 1], image[y + 2]
@@ -97,11 +109,11 @@ def _band_medians(image: Grey, step: int) -> tuple[Floats, Floats]:
             centre = (np.int32(middle[x - 2]) + np.int32(middle[x + 2])) >> 1
             if BLACK_GREY < centre < SATURATED_GREY:
                 response = abs(column[x - 1] - 2 * column[x] + column[x + 1])
-                histogram[(centre * BANDS) >> 8, response] += 1
+                histogram[(centre * BANDS) >> 8, min(response, largest)] += 1
     medians, counts = np.zeros(BANDS), np.zeros(BANDS)
     for band in range(BANDS):
         total = 0
-        for k in range(LARGEST_RESPONSE + 1):
+        for k in range(largest + 1):
             total += histogram[band, k]
         counts[band] = total
         if total == 0:
@@ -163,12 +175,22 @@ def gradient_scale(image: Pixels, noise: Floats, counts: Ints) -> float:
         low, middle, high = (grey_per_count(image) * np.quantile(sampled, TELLING_RANKS)).tolist()
         share = float(noise[int(0.5 * (middle + high))]) / max(high - low, FINEST_STEP_GREY)
     else:
-        below = np.cumsum(counts)
-        ranks = [int(rank * (below[-1] - 1)) for rank in TELLING_RANKS]
-        low, middle, high = np.searchsorted(below, ranks, side="right").tolist()
+        low, middle, high = _of_ranks(counts)
         share = float(noise[(middle + high) // 2]) / max(high - low, 1)
     scale: float = SCALE_PER_ROOT * share ** (1.0 / 3.0)
     return min(max(scale, FINEST_SCALE_PX), COARSEST_SCALE_PX)
+
+
+@kernel(nogil=True)
+def _of_ranks(counts: Ints) -> tuple[int, int, int]:
+    """Greys of `TELLING_RANKS`, by how many pixels have each of 256."""
+    greys, total = np.zeros(3, np.int64), counts.sum() - 1
+    for number, rank in enumerate(TELLING_RANKS):
+        left = int(rank * total) - counts[0]
+        while left >= 0:
+            greys[number] += 1
+            left -= counts[greys[number]]
+    return greys[0], greys[1], greys[2]
 
 
 def clipping_grey(counts: Ints, noise: Floats) -> int:
@@ -225,10 +247,19 @@ def smooth_noise_factor(magnitude: Field, grey: Pixels, noise_of: Field) -> floa
     -------
     1 to 2.
     """
-    whole = rounded(grey)
-    telling = (grey > (0 if is_deep(grey) else BLACK_GREY)) & (whole < SATURATED_GREY)
-    ratio = magnitude[telling] / noise_of[whole[telling]]
+    ratio = _of_noise(magnitude, grey, rounded(grey), 0 if is_deep(grey) else BLACK_GREY, noise_of)
     if len(ratio) < FEWEST_FLAT:
         return 1.0
     quarter = float(np.partition(ratio, len(ratio) // 4)[len(ratio) // 4])
     return float(min(max(quarter / RAYLEIGH_QUARTER, 1.0), MOST_SMOOTHING))
+
+
+@kernel(nogil=True)
+def _of_noise(magnitude: Field, grey: Pixels, whole: Grey, black: int, noise_of: Field) -> Field:
+    """Gradients (N,) over their noise, of the pixels (R, W) that are neither black nor clipped."""
+    found, count = np.empty(magnitude.size, np.float32), 0
+    for y in range(len(whole)):
+        for x in range(whole.shape[1]):
+            found[count] = magnitude[y, x] / noise_of[whole[y, x]]
+            count += (grey[y, x] > black) & (whole[y, x] < SATURATED_GREY)
+    return found[:count]

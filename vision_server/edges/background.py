@@ -8,7 +8,6 @@ most of the border has its grey in each light.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import reduce
 from typing import NamedTuple
 
 import numpy as np
@@ -25,7 +24,8 @@ from vision_server.edges.sides import Sides
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 BACKGROUND_SHARE = 0.02  # of the image, in its best lights, that is darker than what counts as background
-SAMPLE_PX = 4  # side of the squares whose middles say how dark a background is, or that it is a wall
+SAMPLE_CELLS = 4  # step of the cells that say how dark a background is
+SAMPLE_PX = 4  # side of the squares whose middles say that it is a wall
 FRAME_CELLS = 2  # of these, at the image's border, by which a wall is told
 WALL_SPREAD, LEAST_WALL = 0.1, 0.6  # of its logarithm there, in such a share: the rest is in shadow
 WALL_FITS = 10  # with 5 large shadows at the dim end still pull it
@@ -58,10 +58,9 @@ class Background(NamedTuple):
 
 def background_of(edges: EdgeMap, sides: Sides) -> Background:
     """What is behind the edgels of a merged set, of which ``sides`` are."""
-    sampled = [_coarse(channel, SAMPLE_PX) for channel in edges.channels]
-    dark = float(at_share(reduce(np.maximum, sampled), BACKGROUND_SHARE))
-    fits = _wall_fits(sampled, sides.dark)
     best = brightest_cells(edges.channels)
+    dark = float(at_share(best[::SAMPLE_CELLS, ::SAMPLE_CELLS], BACKGROUND_SHARE))
+    fits = _wall_fits(edges.channels, sides.dark)
     free = free_cells(edges, sides, best.shape)
     if fits is None:
         return Background(dark, sides_met(edges, dark_or_even(best, dark, sides.dark, free)))
@@ -73,17 +72,19 @@ def background_of(edges: EdgeMap, sides: Sides) -> Background:
     return Background(dark, met, np.asarray(at_edgels, np.float32))
 
 
-def _wall_fits(means: Sequence[Field], dark: float) -> Floats | None:
+def _wall_fits(channels: Sequence[ChannelStatistics], dark: float) -> Floats | None:
     """What a wall's logarithm is in each light, as the frame tells it: of `_quadratic` (C, 6); or None.
 
     It is a quadratic of the place, as lamps are near, and is fitted again and again to what fits.
     """
-    rows, columns = means[0].shape
+    rows, columns = (max(side // SAMPLE_PX, 1) for side in channels[0].shape)
     frame = np.ones((rows, columns), np.bool_)
     frame[FRAME_CELLS:-FRAME_CELLS, FRAME_CELLS:-FRAME_CELLS] = False
-    greys = [mean[frame].astype(np.float64) + dark for mean in means]
-    if any(np.median(grey) < (LIT + 1.0) * dark for grey in greys):
-        return None
+    greys = []
+    for channel in channels:
+        greys.append(_coarse(channel, SAMPLE_PX)[frame].astype(np.float64) + dark)
+        if np.count_nonzero(greys[-1] < (LIT + 1.0) * dark) > len(greys[-1]) / 2:
+            return None
     y, x = np.nonzero(frame)
     at_frame = _quadratic((x + 0.5) / columns, (y + 0.5) / rows)
     fits = []
@@ -118,6 +119,10 @@ def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
 
 def _coarse(channel: ChannelStatistics, step: int) -> Field:
     """Mean intensity at reference exposure of two pixels in the middle of each whole square of so many px."""
+    if not is_deep(channel.pixels):
+        means = np.empty([max(side // step, 1) for side in channel.shape], np.float32)
+        _means(channel.pixels, channel.linear_of, np.float32(0.5 / channel.exposure), step, means)
+        return means
     first = step // 2 - 1
     rows, columns = (max(side // step, 1) * step for side in channel.shape)
     one, other = (
@@ -126,9 +131,26 @@ def _coarse(channel: ChannelStatistics, step: int) -> Field:
     return np.asarray((one + other) * np.float32(0.5 / channel.exposure), np.float32)
 
 
+@kernel(nogil=True)
+def _means(pixels: Grey, linear_of: Field, scale: np.float32, step: int, means: Field) -> None:
+    """As `_coarse`; ``means`` (rows, columns) is an output."""
+    first = step // 2 - 1
+    for v in range(len(means)):
+        row, next_row, of_row = pixels[step * v + first], pixels[step * v + first + 1], means[v]
+        for u in range(len(of_row)):
+            at = step * u + first
+            of_row[u] = (linear_of[row[at]] + linear_of[next_row[at + 1]]) * scale
+
+
 def brightest_cells(channels: Sequence[ChannelStatistics]) -> Field:
     """Grey of each cell in its best light: the largest that `_coarse` gives, of cells, in some channels."""
-    best = np.zeros([max(side // CELL_PX, 1) for side in channels[0].shape], np.float32)
+    rows, columns = (max(side // CELL_PX, 1) for side in channels[0].shape)
+    if all(channel.gamma == 1.0 and not is_deep(channel.pixels) for channel in channels):
+        everywhere = np.zeros((rows, CELL_PX * columns), np.float32)
+        for channel in channels:
+            _brighten_linear(channel.pixels, np.float32(0.5 / channel.exposure), everywhere)
+        return np.ascontiguousarray(everywhere[:, ::CELL_PX])
+    best = np.zeros((rows, columns), np.float32)
     for channel in channels:
         if is_deep(channel.pixels):
             np.maximum(best, _coarse(channel, CELL_PX), out=best)
@@ -146,3 +168,12 @@ def _brighten(pixels: Grey, linear_of: Field, scale: np.float32, best: Field) ->
         for u in range(columns):
             both = linear_of[row[CELL_PX * u]] + linear_of[next_row[CELL_PX * u + 1]]
             of_row[u] = max(of_row[u], both * scale)
+
+
+@kernel(nogil=True)
+def _brighten_linear(pixels: Grey, scale: np.float32, best: Field) -> None:
+    """`_brighten` by a channel without a tone curve: also between cells, which fills vector registers."""
+    for v in range(len(best)):
+        row, next_row, of_row = pixels[CELL_PX * v], pixels[CELL_PX * v + 1], best[v]
+        for x in range(best.shape[1] - 1):
+            of_row[x] = max(of_row[x], (np.float32(row[x]) + np.float32(next_row[x + 1])) * scale)

@@ -10,6 +10,8 @@ from __future__ import annotations
 import numpy as np
 
 from numerics.arrays import Field, Flags, Floats
+from numerics.kernels import kernel
+from numerics.logarithm import TWO
 from vision_server.edges.light_parts import KnownLights, lights_of, parts_of
 from vision_server.edges.sides import Sides
 
@@ -33,10 +35,26 @@ def lamps_in_the_dark(levels: Floats, sides: Sides) -> KnownLights | None:
 
 def unsure_and_lit(sides: Sides) -> tuple[Field, Flags]:
     """Standard deviation (C, N) of the step between two sides that are alike, and where it would be seen."""
-    dark, bright = sides.near.min(axis=1), sides.near.max(axis=1)
-    sd = np.sqrt(2.0 * np.square(sides.noise) + np.square(FLAT_SD * dark))
-    lit = (bright > np.maximum(LIT_SHARE * bright.max(axis=0), LIT_GREY)) & (sd < LIT_SHARE * bright)
+    sd, lit = np.empty_like(sides.noise), np.empty(sides.noise.shape, np.bool_)
+    _unsure_and_lit(sides.near, sides.noise, sd, lit)
     return sd, lit
+
+
+@kernel(nogil=True)
+def _unsure_and_lit(near: Field, noise: Field, sd: Field, lit: Flags) -> None:
+    """As `unsure_and_lit`; ``sd`` and ``lit`` are outputs."""
+    channels, count = noise.shape
+    flat, share, least = np.float32(FLAT_SD**2), np.float32(LIT_SHARE), np.float32(LIT_GREY)
+    best = np.full(count, least)
+    for channel in range(channels):
+        for i in range(count):
+            best[i] = max(best[i], share * max(near[channel, 0, i], near[channel, 1, i]))
+    for channel in range(channels):
+        for i in range(count):
+            one, other, of_noise = near[channel, 0, i], near[channel, 1, i], noise[channel, i]
+            dark, bright = min(one, other), max(one, other)
+            sd[channel, i] = np.sqrt(TWO * of_noise * of_noise + flat * dark * dark)
+            lit[channel, i] = (bright > best[i]) & (sd[channel, i] < share * bright)
 
 
 def _ends_are_black(parts: Sides) -> bool:

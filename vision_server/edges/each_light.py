@@ -115,7 +115,7 @@ def less_crease(parts: Sides, dark_side: tuple[Field, Field] | None = None) -> L
     _each_light(parts.near, parts.noise, np.float32(parts.dark), each)
     _others_alike(each, parts.near, at_end, behind, less)
     _on_prints(each, at_end, less)
-    return less._replace(crease=each.crease.sum(axis=0))
+    return less
 
 
 @kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
@@ -154,7 +154,7 @@ def _sure(value: np.float32) -> np.float32:
 def _others_alike(each: EachLight, near: Field, at_end: Field, behind: Field, less: LessCrease) -> None:
     """Where all lights are alike but one that ends or is mirrored, or some that are missing.
 
-    ``less`` is an output, without its glare. All is told beside ``base``, that all lights are alike.
+    ``less`` is an output, without glare and crease. All is told beside ``base``, that all lights are alike.
     """
     lights, count = each.alike.shape
     sums, products = np.zeros((7, count), np.float32), np.ones((3, count), np.float64)
@@ -195,17 +195,18 @@ def _others_alike(each: EachLight, near: Field, at_end: Field, behind: Field, le
 
 @kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
 def _on_prints(each: EachLight, at_end: Field, less: LessCrease) -> None:
-    """Where all lights but one have the same log-ratio: adds to ``less``' shadow, gives its glare."""
+    """Where all lights but one have the same log-ratio: adds to ``less``' shadow; gives glare, and crease."""
     lights, count = each.alike.shape
     shaded_print, glaring_print = np.float32(SHADED_PRINT_SD**2), np.float32(GLARING_PRINT_SD**2)
-    sums, densities = np.zeros((3, count), np.float32), np.full((2, count), NEVER)
-    alike, precision, pull = sums[0], sums[1], sums[2]
+    sums, densities = np.zeros((4, count), np.float32), np.full((2, count), NEVER)
+    alike, precision, pull, crease = sums[0], sums[1], sums[2], sums[3]
     shaded, glare = densities[0], densities[1]
     for light in range(lights):
         for i in range(count):
             alike[i] += each.alike[light, i]
             precision[i] += each.precision[light, i]
             pull[i] += each.pull[light, i]
+            crease[i] += each.crease[light, i]
     for light in range(lights):
         for i in range(count):
             others = alike[i] - each.alike[light, i]
@@ -216,5 +217,5 @@ def _on_prints(each: EachLight, at_end: Field, less: LessCrease) -> None:
             glare[i] = log_of_sum(glare[i], mirrored + others + of_a_mean(among, pulled, glaring_print))
     mean = np.float32(-math.log(lights))
     for i in range(count):
-        less.glare[i] = glare[i] + mean
+        less.glare[i], less.crease[i] = glare[i] + mean, crease[i]
         less.shadow[i] = log_of_sum(less.shadow[i], shaded[i] + mean + log_of(ON_PRINT))

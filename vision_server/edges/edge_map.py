@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.arrays import Field, Flags, Ints
+from numerics.kernels import kernel
 from vision_server.channels.channel import ChannelStatistics
 
 
@@ -74,14 +75,15 @@ class EdgeMap:
     @cached_property
     def normals(self) -> Field:
         """Unit vectors across the edges, float32 (N, 2), x and y."""
-        return np.stack([np.cos(self.axis), np.sin(self.axis)], axis=1)
+        normals = np.empty((len(self.axis), 2), np.float32)
+        np.cos(self.axis, out=normals[:, 0])
+        np.sin(self.axis, out=normals[:, 1])
+        return normals
 
     @cached_property
     def points(self) -> Field:
         """Sub-pixel positions, float32 (N, 2), x and y, px."""
-        y, x = np.divmod(self.places, np.int32(self.shape[1]))
-        centres = np.stack([x, y], axis=1).astype(np.float32)
-        return np.asarray(centres + self.offset[:, None] * self.normals, dtype=np.float32)
+        return _points(self.places, self.offset, self.normals, self.shape[1])
 
     @cached_property
     def index(self) -> NDArray[np.int32]:
@@ -98,6 +100,17 @@ class EdgeMap:
     def free(self, chosen: Flags) -> FreeEdgels:
         """The chosen edgels (N,) for a kernel that groups them."""
         return FreeEdgels(self.index, self.places, self.points, self.normals, chosen.copy())
+
+
+@kernel(nogil=True)
+def _points(places: NDArray[np.int32], offset: Field, normals: Field, columns: int) -> Field:
+    """As `EdgeMap.points`, of an image so wide."""
+    points, width = np.empty_like(normals), np.int32(columns)
+    for i in range(len(places)):
+        y = places[i] // width
+        points[i, 0] = np.float32(places[i] - y * width) + offset[i] * normals[i, 0]
+        points[i, 1] = np.float32(y) + offset[i] * normals[i, 1]
+    return points
 
 
 class FreeEdgels(NamedTuple):

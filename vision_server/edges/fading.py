@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from numerics.arrays import Field
 from numerics.kernels import kernel
+from numerics.logarithm import log_of
 from numerics.ranks import at_share
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.depth import Pixels, linear_image
@@ -42,8 +43,9 @@ MOST_OFFSET = np.float32(0.7)  # of a square, from its middle to the edge: half 
 def with_fading(edges: EdgeMap) -> EdgeMap:
     """A merged map of at least two channels with the edgels of contours that fade, of strength and mass 0."""
     added = np.float32(DARK_GREY / max(channel.exposure for channel in edges.channels))
-    best = _best_light(edges.channels) + added
-    logs = np.log(best)
+    best = _best_light(edges.channels)
+    best += added
+    logs = _logarithms(best)
     along = gaussian_gradient(logs, contrast_kernels(SCALE))
     ground = at_share(logs[::DARKEST_STEP, ::DARKEST_STEP], BACKGROUND_SHARE)
     ground += np.float32(math.log(DARK_SIDE))
@@ -56,6 +58,16 @@ def with_fading(edges: EdgeMap) -> EdgeMap:
     sure = np.hypot(along_x, along_y) > NOISE_RATIO * noise
     axis = np.mod(np.arctan2(along_y, along_x), np.float32(np.pi))
     return _joined(edges, coarse[sure], axis[sure], offset[sure], noises.mean(axis=0)[sure])
+
+
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _logarithms(values: Field) -> Field:
+    """`np.log` of an image."""
+    logs = np.empty_like(values)
+    for y in range(len(values)):
+        for x in range(values.shape[1]):
+            logs[y, x] = log_of(values[y, x])
+    return logs
 
 
 @kernel(nogil=True)

@@ -18,6 +18,7 @@ import numpy as np
 
 from numerics.arrays import Field, Flags, Floats, Ints
 from numerics.kernels import kernel
+from numerics.logarithm import ONE, ZERO
 from vision_server.edges.sides import Sides
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds --levels`.
@@ -27,6 +28,7 @@ ANY_SIDE = 0.05  # share of shadows' ends that may face anywhere
 BEHIND_OUTLINES = 0.2  # share of what looks like a shadow's end that is behind an outline
 LIKE_ONE = 5.0  # sampled edgels that say no more than one: they are neighbours
 SHADING = 15.0  # of the logarithm of how likely a direction is, if all outlines' shading is for it
+PER_RAD = np.float32(DIRECTIONS / (2.0 * np.pi))
 ANGLES = 2.0 * np.pi * np.arange(DIRECTIONS) / DIRECTIONS
 BELL = np.exp(CONCENTRATION * np.cos(ANGLES[:, None] - ANGLES))
 # How much likelier than any other a dark side is: a row for each direction to the light, a column for each of
@@ -59,8 +61,9 @@ class Falling(NamedTuple):
         axis
             (N,), direction ahead, rad.
         """
-        at = _dark_side(near, axis) + DIRECTIONS * np.arange(len(self.shadow))[:, None]
-        return self.shadow.take(at), self.outline.take(at)
+        shadow, outline = np.empty((2, len(self.shadow), len(axis)), np.float32)
+        _of_dark_sides(self, near, axis, shadow, outline)
+        return shadow, outline
 
     def of_most_changed(self, parts: Sides) -> Field:
         """For N edgels (N,), at the end of a shadow of the light whose part differs most; 1 at most.
@@ -78,17 +81,33 @@ def _most_changed(near: Field) -> Ints:
     return np.asarray(np.argmax(np.abs(near[:, 0] - near[:, 1]), axis=0))
 
 
+@kernel(inline="always")
+def _direction(axis: np.float32, behind: np.float32, ahead: np.float32) -> int:
+    """Number of the direction, of the two of an axis, to the side that has less."""
+    number = int(np.rint(axis * PER_RAD))
+    return (number + DIRECTIONS // 2 if behind < ahead else number) % DIRECTIONS
+
+
 @kernel(nogil=True)
 def _dark_side(near: Field, axis: Field) -> Ints:
     """Number (L, N) of the direction to the side that each light gives less to."""
     numbers = np.empty((len(near), len(axis)), np.int64)
-    per_rad, half = np.float32(DIRECTIONS / (2.0 * np.pi)), DIRECTIONS // 2
     for light in range(len(near)):
-        behind, before, of_light = near[light, 0], near[light, 1], numbers[light]
         for i in range(len(axis)):
-            ahead = int(np.rint(axis[i] * per_rad))
-            of_light[i] = (ahead + half if behind[i] < before[i] else ahead) % DIRECTIONS
+            numbers[light, i] = _direction(axis[i], near[light, 0, i], near[light, 1, i])
     return numbers
+
+
+@kernel(nogil=True)
+def _of_dark_sides(falling: Falling, near: Field, axis: Field, shadow: Field, outline: Field) -> None:
+    """As `Falling.of`; ``shadow`` and ``outline`` (L, N) are outputs."""
+    last = len(near) - 1
+    for light in range(len(shadow)):
+        given = near[min(light, last)]
+        for i in range(len(axis)):
+            number = _direction(axis[i], given[0, i], given[1, i])
+            shadow[light, i] = falling.shadow[light, number]
+            outline[light, i] = falling.outline[light, number]
 
 
 def learn_falling(parts: Sides, is_outline: Flags, is_shadow: Flags) -> Falling:
@@ -105,24 +124,42 @@ def learn_falling(parts: Sides, is_outline: Flags, is_shadow: Flags) -> Falling:
     ends = parts.of(np.flatnonzero(is_shadow))
     missing = _most_changed(ends.near)
     at = _dark_side(ends.near, ends.axis)
-    tables = []
-    for light, towards in enumerate(shading):
-        seen = np.bincount(at[light, missing == light], minlength=DIRECTIONS) / LIKE_ONE
-        likely = LOG_EITHER @ seen + SHADING * (towards[0] * np.cos(ANGLES) + towards[1] * np.sin(ANGLES))
-        likely = np.exp(likely - likely.max())
-        tables.append(likely / likely.sum() @ AT_END)
-    shadow = np.array(tables, np.float32)
+    number = DIRECTIONS * missing + at[missing, np.arange(len(missing))]
+    seen = np.bincount(number, minlength=DIRECTIONS * len(shading)).reshape(-1, DIRECTIONS)
+    likely = seen / LIKE_ONE @ LOG_EITHER.T
+    likely += SHADING * shading @ np.stack([np.cos(ANGLES), np.sin(ANGLES)])
+    likely = np.exp(likely - likely.max(axis=1, keepdims=True))
+    shadow = (likely / likely.sum(axis=1, keepdims=True) @ AT_END).astype(np.float32)
     return Falling(shadow, np.roll(shadow, DIRECTIONS // 2, axis=1))
 
 
 def _shading(parts: Sides, is_outline: Flags) -> Floats:
     """Mean direction (L, 2) from what stands before the background outwards, by what each light gives there
     beside its mean; its length is how much all outlines say the same."""
-    near = np.maximum(parts.near[:, :, is_outline], 0.0)
-    both = near.sum(axis=0)
-    behind = both[0] > both[1]
-    share = np.where(behind, near[:, 0], near[:, 1]) / np.maximum(both.max(axis=0), 1.0)
-    axis = parts.axis[is_outline]
-    outwards = np.stack([np.cos(axis), np.sin(axis)], axis=1) * np.where(behind, 1.0, -1.0)[:, None]
-    more = share - share.mean(axis=1, keepdims=True) if share.shape[1] else share
-    return np.asarray(more @ outwards / np.maximum(np.abs(more).sum(axis=1, keepdims=True), 1e-9))
+    towards = np.zeros((len(parts.near), 2))
+    _sum_shading(parts.near, parts.axis, np.flatnonzero(is_outline), towards)
+    return towards
+
+
+@kernel(nogil=True)
+def _sum_shading(near: Field, axis: Field, outlines: Ints, towards: Floats) -> None:
+    """As `_shading`, by the numbers of the outlines; ``towards`` (L, 2) is an output."""
+    lights, count = len(near), len(outlines)
+    share, outwards = np.empty((lights, count)), np.empty((count, 2))
+    for k in range(count):
+        i = outlines[k]
+        behind, ahead = ZERO, ZERO
+        for light in range(lights):
+            behind, ahead = behind + max(near[light, 0, i], ZERO), ahead + max(near[light, 1, i], ZERO)
+        side, sign = (0, ONE) if behind > ahead else (1, -ONE)
+        outwards[k, 0], outwards[k, 1] = sign * np.cos(axis[i]), sign * np.sin(axis[i])
+        for light in range(lights):
+            share[light, k] = max(near[light, side, i], ZERO) / max(behind, ahead, ONE)
+    for light in range(lights):
+        mean, total = share[light].sum() / max(count, 1), 1e-9
+        for k in range(count):
+            more = share[light, k] - mean
+            total += abs(more)
+            towards[light, 0] += more * outwards[k, 0]
+            towards[light, 1] += more * outwards[k, 1]
+        towards[light] /= total

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from numerics.arrays import Field, Flags, Grey
 from numerics.kernels import kernel
+from numerics.logarithm import ZERO
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.sides import Sides, furthest_reach
 
@@ -37,14 +38,24 @@ NEITHER, ONE, BOTH = range(3)  # sides that meet the ground
 
 def free_cells(edges: EdgeMap, sides: Sides, shape: tuple[int, int]) -> Flags:
     """Which cells, (rows, columns) as ``shape``, hold no edgel that bars the ground's way."""
-    one, other = sides.near[:, 0].max(axis=0), sides.near[:, 1].max(axis=0)
-    step = np.abs(one - other)
-    bars = step > BARRING * (np.maximum(one, other) + np.float32(sides.dark))
-    bars &= step > SURELY_BARRING * sides.noise.max(axis=0)
-    y, x = np.divmod(edges.places[bars], np.int32(edges.shape[1]))
     free = np.ones(shape, np.bool_)
-    free[np.minimum(y // CELL_PX, shape[0] - 1), np.minimum(x // CELL_PX, shape[1] - 1)] = False
+    _bar(edges.places, edges.shape[1], sides, free)
     return free
+
+
+@kernel(nogil=True)
+def _bar(places: NDArray[np.int32], width: int, sides: Sides, free: Flags) -> None:
+    """Let the cells of the N places in an image so wide that bar the ground's way not be free."""
+    rows, columns = free.shape
+    for i in range(len(places)):
+        one, other, noise = ZERO, ZERO, ZERO
+        for channel in range(len(sides.noise)):
+            one, other = max(one, sides.near[channel, 0, i]), max(other, sides.near[channel, 1, i])
+            noise = max(noise, sides.noise[channel, i])
+        step, bright = abs(one - other), max(one, other) + np.float32(sides.dark)
+        if step > np.float32(BARRING) * bright and step > np.float32(SURELY_BARRING) * noise:
+            y = places[i] // width
+            free[min(y // CELL_PX, rows - 1), min((places[i] - y * width) // CELL_PX, columns - 1)] = False
 
 
 def dark_or_even(best: Field, background: float, dark: float, free: Flags) -> Grey:
@@ -94,7 +105,10 @@ def like_wall(greys: Iterable[Field], walls: Field, best: Field, dark: float, fr
 
 def sides_met(edges: EdgeMap, ground: Grey) -> Grey:
     """How many sides of each edgel meet the ground before another edge: NEITHER, ONE or BOTH, uint8 (N,)."""
-    return _sides_met(edges.index, edges.points, edges.normals, ground, int(furthest_reach(edges)))
+    reach = int(furthest_reach(edges))
+    within = 2 * (reach // CELL_PX + 2) + 1
+    beside = np.asarray(cv2.dilate(ground, np.ones((within, within), np.uint8)), np.uint8)
+    return _sides_met(edges.index, edges.points, edges.normals, ground, beside, reach)
 
 
 def _even(best: Field, dark: float) -> Flags:
@@ -112,12 +126,18 @@ def _up_to_the_border(cells: Flags) -> Grey:
 
 
 @kernel(nogil=True)
-def _sides_met(number_at: NDArray[np.int32], points: Field, normals: Field, ground: Grey, reach: int) -> Grey:
+def _sides_met(
+    number_at: NDArray[np.int32], points: Field, normals: Field, ground: Grey, beside: Grey, reach: int
+) -> Grey:
+    """As `sides_met`; where the cells ``beside`` the ground are not, none is within reach."""
     rows, columns = number_at.shape
     last_row, last_column = len(ground) - 1, ground.shape[1] - 1
     met = np.zeros(len(points), np.uint8)
     for i in range(len(points)):
         nx, ny = normals[i, 0], normals[i, 1]
+        x, y = max(int(points[i, 0]), 0), max(int(points[i, 1]), 0)
+        if not beside[min(y // CELL_PX, last_row), min(x // CELL_PX, last_column)]:
+            continue
         for side in (-1, 1):
             for away in range(FIRST_PX, reach + 1):
                 u = int(points[i, 0] + np.float32(side * away) * nx + np.float32(0.5))
@@ -127,7 +147,8 @@ def _sides_met(number_at: NDArray[np.int32], points: Field, normals: Field, grou
                     met[i] += 1
                     break
                 at = number_at[y, x]
-                cosine = normals[at, 0] * nx + normals[at, 1] * ny
-                if away >= NEXT_EDGE_PX and at >= 0 and abs(cosine) > SAME_AXIS:
+                if away < NEXT_EDGE_PX or at < 0:
+                    continue
+                if abs(normals[at, 0] * nx + normals[at, 1] * ny) > SAME_AXIS:
                     break
     return met

@@ -27,18 +27,21 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from numerics.arrays import Floats, Reals
+from numerics.arrays import Field, Floats, Grey, Reals
+from numerics.kernels import kernel
+from numerics.logarithm import ONE, ZERO
 from vision_server.channels.channel import ChannelStatistics
-from vision_server.channels.lighting import coarse_places
+from vision_server.channels.depth import rounded
 from vision_server.edges.along import mean_along
 from vision_server.edges.background import Background, background_of
 from vision_server.edges.dark_room import lamps_in_the_dark
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.fading import with_fading
 from vision_server.edges.falling import Falling, learn_falling
-from vision_server.edges.ground import ONE
+from vision_server.edges.ground import ONE as ONE_SIDE
 from vision_server.edges.learnt_lights import learnt_lights
 from vision_server.edges.light_parts import KnownLights, apparent_parts, known_lights, parts_of
 from vision_server.edges.likelihoods import FIXED, KINDS, NOISE, OUTLINE, SHADOW, likelihoods
@@ -51,6 +54,7 @@ TOLD, LEARNT, UNKNOWN = "told", "learnt", "unknown"
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 SAMPLE_STEP = 16  # of the pixels that say whether a channel tells kinds
 FALLING_STEP = 8  # of the edgels that say where lights are: with every fourth one nothing is surer
+SUMMED = 1024  # edgels whose sums of likelihoods the processor's cache holds
 EM_ITERATIONS = 10  # more change no probability by 0.01
 LEAST_LOG = -8.0  # of a likelihood, beside the edgel's largest: no single edgel is surer
 # Edgels that neighbours on the same edge count for: what misleads one misleads them, too, less so where each
@@ -58,6 +62,7 @@ LEAST_LOG = -8.0  # of a likelihood, beside the edgel's largest: no single edgel
 COHERENCE, KNOWN_COHERENCE = 1.3, 2.5
 LESS_SURE = 0.6  # of the logarithm of one kind to another but outline, where levels are unknown
 MEAN_FLOOR_RATIO = 5.0  # a mean contrast under so many standard deviations of its own noise is none
+LEAST = 1e-12  # of a probability
 LEAST_SHARE = 0.03  # of a kind: one that is absent may come
 LEAST_CLEAR = 0.5  # share of a channel's edges that are not beside clipped pixels
 # Of the share of the middle one of the set: of twelve photographs the least has .90 of it, of six drawn
@@ -112,14 +117,56 @@ class EdgeKinds(NamedTuple):
 
 def fit_kinds(likelihood: Reals) -> tuple[Reals, Reals]:
     """Probability (6, N) of each kind for each edgel, and how frequent they are (6,), by EM."""
-    share = np.full(len(KINDS), 1.0 / len(KINDS))
-    likely = np.exp(likelihood - likelihood.max(axis=0)).astype(np.float64)
-    for _ in range(EM_ITERATIONS):
-        # E-step: the probability of a kind is its share times its likelihood, over the sum of these
-        # M-step: how frequent the kinds are is the mean of that
-        share = np.maximum(share * (likely @ (1.0 / (share @ likely))) / likely.shape[1], LEAST_SHARE)
-        share /= share.sum()
+    likely = np.exp(likelihood - likelihood.max(axis=0), dtype=np.float32)
+    share = _shares_of_kinds(likely)
     return likely * share[:, None] / (share @ likely), share
+
+
+@kernel(nogil=True)
+def less_sure_shadows(probability: Reals) -> None:
+    """Let shadows (6, N) that are likelier than all else but outlines have the root of their odds.
+
+    Lights that were found in the images mislead edgels alike, which no density knows. The likeliest kind
+    stays the likeliest.
+    """
+    for i in range(probability.shape[1]):
+        others = 1.0 - probability[OUTLINE, i]
+        rest = others - probability[SHADOW, i]
+        if rest < probability[SHADOW, i]:
+            root, of_rest = np.sqrt(probability[SHADOW, i]), np.sqrt(max(rest, LEAST))
+            shadow = others * root / (root + of_rest)
+            for kind in range(len(probability)):
+                if kind not in (OUTLINE, SHADOW):
+                    probability[kind, i] *= (others - shadow) / max(rest, LEAST)
+            probability[SHADOW, i] = shadow
+
+
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _shares_of_kinds(likely: Field) -> Floats:
+    """How frequent kinds are (K,), by how likely N edgels are of each (K, N)."""
+    kinds, count = likely.shape
+    share, of_all = np.full(kinds, 1.0 / kinds), np.empty(SUMMED, np.float32)
+    for _ in range(EM_ITERATIONS):
+        sums = np.zeros(kinds)
+        for first in range(0, count, SUMMED):
+            some = min(SUMMED, count - first)
+            # E-step: the probability of a kind is its share times its likelihood, over the sum of these
+            of_all[:] = ZERO
+            for kind in range(kinds):
+                row, of_kind = likely[kind, first : first + some], np.float32(share[kind])
+                for i in range(some):
+                    of_all[i] += of_kind * row[i]
+            for i in range(some):
+                of_all[i] = ONE / of_all[i]
+            for kind in range(kinds):
+                row, total = likely[kind, first : first + some], ZERO
+                for i in range(some):
+                    total += row[i] * of_all[i]
+                sums[kind] += total
+        # M-step: how frequent the kinds are is the mean of that
+        share = np.maximum(share * sums / count, LEAST_SHARE)
+        share /= share.sum()
+    return share
 
 
 def edge_kinds(channels: Sequence[ChannelStatistics], levels: Floats | None = None) -> EdgeKinds:
@@ -169,14 +216,30 @@ def telling(channels: Sequence[ChannelStatistics]) -> list[int]:
 def _clear_and_sure(channel: ChannelStatistics) -> tuple[float, float]:
     """Shares of a channel's edges that are not beside clipped pixels, and that stand out where it is lit."""
     light, gradient = channel.light, channel.gradient
-    sampled = np.ascontiguousarray(gradient.places[::SAMPLE_STEP])
-    if len(sampled) == 0:
-        return 0.0, 0.0
-    at = coarse_places(sampled, channel.shape[1], (len(light.level), light.level.shape[1]))
-    brightest = light.brightest.ravel()[at]
-    sure = gradient.magnitude[::SAMPLE_STEP] >= SURE_RATIO * light.noise_at(at)
-    sure &= brightest > DARK_GREY
-    return float(np.mean(brightest < channel.clipped_from)), float(sure.mean())
+    level, of_channel = rounded(light.level), (channel.shape[1], channel.clipped_from)
+    return _shares(gradient.places, gradient.magnitude, level, light.noise_of, light.reach, of_channel)
+
+
+@kernel(nogil=True)
+def _shares(
+    places: NDArray[np.int32], magnitude: Field, level: Grey, noise_of: Field, reach: int,
+    of_channel: tuple[int, int],
+) -> tuple[float, float]:  # fmt: skip
+    """As `_clear_and_sure`, of some of N gradients; ``of_channel``: its width, and grey that is clipped."""
+    rows, columns = level.shape
+    width, clipped_from = of_channel
+    some = clear = sure = 0
+    for i in range(0, len(places), SAMPLE_STEP):
+        y = places[i] // width
+        v, u = min(y >> 1, rows - 1), min((places[i] - y * width) >> 1, columns - 1)
+        brightest = 0
+        for near_v in range(max(v - reach, 0), min(v + reach + 1, rows)):
+            for near_u in range(max(u - reach, 0), min(u + reach + 1, columns)):
+                brightest = max(brightest, level[near_v, near_u])
+        some += 1
+        clear += brightest < clipped_from
+        sure += (brightest > DARK_GREY) & (magnitude[i] >= SURE_RATIO * noise_of[level[v, u]])
+    return clear / max(some, 1), sure / max(some, 1)
 
 
 def kinds_of(
@@ -194,7 +257,8 @@ def kinds_of(
         lights = lamps_in_the_dark(levels, sides) or lights
     falling = _falling_of(sides, background, lights)
     likelihood = likelihoods(sides, background, lights, falling)
-    likelihood = np.maximum(likelihood - likelihood.max(axis=0), LEAST_LOG)
+    likelihood -= likelihood.max(axis=0)
+    np.maximum(likelihood, LEAST_LOG, out=likelihood)
     found = _levels_from(levels, lights)
     likelihood = (COHERENCE if levels is None else KNOWN_COHERENCE) * mean_along(edges, likelihood)
     if found == UNKNOWN:
@@ -202,9 +266,11 @@ def kinds_of(
         best = likelihood[others].max(axis=0)
         likelihood[others] = best + LESS_SURE * (likelihood[others] - best)
     probability, share = fit_kinds(likelihood)
+    if found == LEARNT:
+        less_sure_shadows(probability)
     if background.met is not None:
         # what fades and is no contour, as it does not meet the ground, the merge was right to leave out
-        left_out = np.flatnonzero((edges.mass == 0.0) & (background.met != ONE))
+        left_out = np.flatnonzero((edges.mass == 0.0) & (background.met != ONE_SIDE))
         probability[:, left_out] = np.eye(len(KINDS))[:, [NOISE]]
     return EdgeKinds(edges, sides, probability, share, used, found)
 

@@ -18,13 +18,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from numerics.arrays import Field, Floats
+from numerics.arrays import Field, Flags, Floats, Ints
 from numerics.kernels import kernel
-from numerics.ranks import at_share
+from numerics.logarithm import ONE, ZERO
 from vision_server.edges.alone import FEWEST, MOST_NOISE, ON_BY_ONE, lamps_are_alone
 from vision_server.edges.dark_room import LEAST_STEP, SURE, lamps_in_the_dark, unsure_and_lit
 from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
 from vision_server.edges.sides import Sides
+from vision_server.edges.together import alone_and_together, are_lights
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds`.
 MOST_STEPS = 500  # that are compared with each other
@@ -36,12 +37,7 @@ MOST_IMAGES = 3
 FEWEST_OF_ALL = 4  # where the lights that are so learnt explain all there is
 ON_BY_MANY = 0.15  # level, as a share of the largest, from which on a light is on, by the median of a cluster
 MOST_TRIED = 32  # choices of a cluster for each lamp, large ones first
-LEVEL_SD = 0.12  # of a level by one place: darker ones tell none
-LEVEL_SLACK, LEVEL_UNSURE = 0.04, 0.2  # by so much the least that it may be is above, or below, the most
-MIXED = 1.1  # times its noise, what is left of images of several lamps: .8 at most, of one lamp 1.5 at least
-FEWEST_PLACES, OUTSIDE = 20, 0.03  # that tell one; share of them that may be outside of what it allows
 SAMPLE_STEP = 8  # of the edgels that say whether they are all
-MOST_NEGATIVE = 0.05  # share of them with a light's part that is negative: of wrong levels .2 and more
 
 
 class Cluster(NamedTuple):
@@ -64,7 +60,7 @@ def learnt_lights(sides: Sides, before_wall: bool = False) -> KnownLights | None
     images = len(sides.near)
     clusters = _clusters(_telling_steps(sides, images // 2))
     some = sides.of(slice(None, None, SAMPLE_STEP))
-    lights = _that_explain(_of_one_light(clusters, 2, images // 2), some) or _alone_and_together(some)
+    lights = _that_explain(_of_one_light(clusters, 2, images // 2), some) or alone_and_together(some)
     lights = lights or lamps_in_the_dark(np.eye(images), sides)
     if lights is None and not before_wall and images >= FEWEST_ALONE and lamps_are_alone(sides):
         lights = known_lights(np.eye(images))
@@ -114,81 +110,12 @@ def _that_explain(clusters: list[Cluster], sides: Sides) -> KnownLights | None:
             continue
         lights = known_lights(_levels(some))
         parts = parts_of(sides, lights)
-        if parts is not None and _are_lights(parts):
+        if parts is not None and are_lights(parts):
             return lights
         tried += 1
         if tried == MOST_TRIED:
             break
     return None
-
-
-def _alone_and_together(sides: Sides) -> KnownLights | None:
-    """Each lamp alone in one of C images, all at one level x in another; None if that explains them not.
-
-    With K lamps alone, whose images add up to S and of which the darkest has m, and I in the other image, the
-    sun gives s = (x S - I) / (K x - 1). That neither it nor any lamp, m - s, is less than nothing holds x
-    between I / S and (I - m) / (S - K m) at each place: an image that shows anything else leaves no x. The
-    sun alone, x = 0, is nowhere brighter than m; then there may be images of several lamps, too.
-    """
-    sides = sides.of(np.flatnonzero(sides.known.all(axis=0)))
-    near, count = sides.near, len(sides.near) - 1
-    variance = np.square(sides.noise)
-    noise = np.sqrt(variance.sum(axis=0))
-    bright_first = np.argsort(-near.sum(axis=(1, 2))).tolist()
-    for other in (*bright_first[-1:], *bright_first[:-1]):
-        alone, both = np.delete(near, other, axis=0), near[other]
-        total, least = alone.sum(axis=0), alone.min(axis=0)
-        uneven = total - count * least
-        lit, turned = LEVEL_SD * total > noise, LEVEL_SD * uneven > noise
-        if min(lit.sum(), turned.sum()) < FEWEST_PLACES:
-            continue
-        lower = at_share(both[lit] / total[lit], 1.0 - OUTSIDE)
-        steps = (both - least)[turned] / uneven[turned]
-        upper, most = at_share(steps, OUTSIDE), at_share(steps, 1.0 - OUTSIDE)
-        is_sun = most < LEVEL_SLACK
-        if not is_sun and (not -LEVEL_SLACK < upper - lower < LEVEL_UNSURE or count * upper < 1.0):
-            continue
-        levels = np.insert(np.eye(count), other, 0.0 if is_sun else max(lower, upper), axis=0)
-        lights = known_lights(levels)
-        parts = parts_of(sides, lights)
-        if parts is None:
-            continue
-        of_lamps = _of_lamps(parts.near[:-1], np.delete(variance, other, axis=0), variance[other])
-        if of_lamps.shape[1] < count:  # some of the images are of several lamps
-            if not is_sun:
-                continue
-            lights = known_lights(np.insert(of_lamps, other, 0.0, axis=0))
-            parts = parts_of(sides, lights)
-        if parts is not None and _are_lights(parts):
-            return lights
-    return None
-
-
-def _of_lamps(near: Field, variance: Field, of_sun: Field) -> Floats:
-    """Levels (C, K) of the lamps in what C images (C, 2, N) show without the sun, by their variances (C, N).
-
-    What is up to noise a sum of some of the others, each on as far as fits, is of several lamps; any other is
-    a lamp's.
-    """
-    from scipy.optimize import nnls  # late: few image sets need it, and it takes half of a start
-
-    flat = near.reshape(len(near), -1).astype(np.float64)
-    lamps = list(range(len(near)))
-    for one in range(len(near)):
-        others = [lamp for lamp in lamps if lamp != one]
-        if not others:
-            break
-        levels = nnls(flat[others].T, flat[one])[0]
-        left = np.square(flat[one] - levels @ flat[others]).reshape(2, -1)
-        expected = variance[one] + np.square(levels) @ variance[others] + (1.0 - levels.sum()) ** 2 * of_sun
-        if np.mean(left / expected) < MIXED**2:
-            lamps = others
-    return np.array(
-        [
-            np.eye(len(lamps))[lamps.index(one)] if one in lamps else nnls(flat[lamps].T, flat[one])[0]
-            for one in range(len(near))
-        ]
-    )
 
 
 def _of_one_light(clusters: list[Cluster], fewest_on: int, most_on: int) -> list[Cluster]:
@@ -201,45 +128,81 @@ def _of_one_light(clusters: list[Cluster], fewest_on: int, most_on: int) -> list
     ]
 
 
-def _are_lights(parts: Sides) -> bool:
-    """Whether what each of some lights gives to the sides is never less than nothing, but for noise."""
-    negative = np.any(parts.near < -SURE * parts.noise[:, None] - parts.dark, axis=(0, 1))
-    return bool(np.mean(negative & parts.known[0]) < MOST_NEGATIVE)
-
-
 def _telling_steps(sides: Sides, most_on: int) -> Floats:
     """Steps (M, C) between the sides, as a share of the largest, where one light alone may be blocked.
 
     ``most_on`` is in how many of the C channels it is on at most.
     """
-    near = sides.near
-    step = near[:, 1] - near[:, 0]
-    step = step * np.sign(step.sum(axis=0))
-    best, largest = near.max(axis=(0, 1)), step.max(axis=0)
     sd, lit = unsure_and_lit(sides)
-    off = lit & (np.abs(step) < SURE * sd)
-    told = sides.known.all(axis=0) & off.any(axis=0) & (step > -SURE * sd).all(axis=0)
-    told &= (sd.max(axis=0) < MOST_NOISE * largest) & (largest > LEAST_STEP * best)
-    told &= np.count_nonzero(step > ON_BY_ONE * largest, axis=0) <= most_on
-    some = np.flatnonzero(told)
+    some = _telling(sides, sd, lit, most_on)
     some = some[:: len(some) // MOST_STEPS + 1]
-    return np.asarray((step[:, some] / largest[some]).T, np.float64)
+    step = sides.near[:, 1, some] - sides.near[:, 0, some]
+    step *= np.sign(step.sum(axis=0))
+    return np.asarray((step / step.max(axis=0)).T, np.float64)
+
+
+@kernel(nogil=True)
+def _telling(of: Sides, sd: Field, lit: Flags, most_on: int) -> Ints:
+    """Which of N edgels step in ``most_on`` of C channels at most; of `unsure_and_lit` ``sd`` and ``lit``."""
+    channels, count = of.noise.shape
+    near, sure, least = of.near, np.float32(SURE), np.float32(LEAST_STEP)
+    room, marks = np.zeros((3, count), np.float32), np.zeros((3, count), np.int32)
+    total, best, largest = room[0], room[1], room[2]
+    untold, off, on = marks[0], marks[1], marks[2]
+    for channel in range(channels):
+        for i in range(count):
+            total[i] += near[channel, 1, i] - near[channel, 0, i]
+            best[i] = max(best[i], near[channel, 0, i], near[channel, 1, i])
+    for i in range(count):
+        total[i] = ONE if total[i] > ZERO else -ONE
+    for channel in range(channels):
+        for i in range(count):
+            largest[i] = max(largest[i], total[i] * (near[channel, 1, i] - near[channel, 0, i]))
+    for channel in range(channels):
+        for i in range(count):
+            step = total[i] * (near[channel, 1, i] - near[channel, 0, i])
+            limit = sure * sd[channel, i]
+            untold[i] |= (step <= -limit) | (sd[channel, i] >= MOST_NOISE * largest[i])
+            on[i] += step > ON_BY_ONE * largest[i]
+        for i in range(count):
+            step, limit = near[channel, 1, i] - near[channel, 0, i], sure * sd[channel, i]
+            untold[i] |= not of.known[channel, i]
+            off[i] |= lit[channel, i] & (abs(step) < limit)
+    for i in range(count):
+        untold[i] |= (largest[i] <= least * best[i]) | (off[i] == 0) | (on[i] > most_on)
+    return np.flatnonzero(untold == 0)
 
 
 def _clusters(steps: Floats) -> list[Cluster]:
     """Clusters, from the largest on."""
-    apart = _apart(steps)
-    near, left = (apart < ALIKE).astype(np.float32), np.ones(len(steps), np.bool_)
     clusters: list[Cluster] = []
-    while left.any():
-        count = (near @ left.astype(np.float32)) * left
-        most = count.argmax()
-        if count[most] < FEWEST_OF_ALL:
-            break
-        middle = np.median(steps[(near[most] > 0.0) & left], axis=0)
-        clusters.append(Cluster(np.where(middle > ON_BY_MANY, middle, 0.0), int(count[most])))
-        left &= apart[most] > APART
+    left, near = np.ones(len(steps), np.bool_), np.empty(len(steps), np.bool_)
+    apart = _apart(steps)
+    while (count := _largest(apart, left, near)) >= FEWEST_OF_ALL:
+        middle = np.median(steps[near], axis=0)
+        clusters.append(Cluster(np.where(middle > ON_BY_MANY, middle, 0.0), count))
     return clusters
+
+
+@kernel(nogil=True)
+def _largest(apart: Floats, left: Flags, near: Flags) -> int:
+    """How many of the steps that are left (M,) are in the largest cluster, which is not left then.
+
+    ``left`` and ``near``, those that are in it, are outputs; ``apart`` is what `_apart` gives.
+    """
+    largest, most = 0, 0
+    for i in range(len(left)):
+        count = 0
+        if left[i]:
+            for k in range(len(left)):
+                count += left[k] & (apart[i, k] < ALIKE)
+        if count > largest:
+            largest, most = count, i
+    if largest >= FEWEST_OF_ALL:
+        for k in range(len(left)):
+            near[k] = left[k] & (apart[most, k] < ALIKE)
+            left[k] &= apart[most, k] > APART
+    return largest
 
 
 @kernel(nogil=True)

@@ -11,12 +11,14 @@ import math
 
 import numpy as np
 
-from numerics.arrays import Field, Grey, Reals
+from numerics.arrays import Field, Flags, Grey, Reals
+from numerics.kernels import kernel
+from numerics.logarithm import ZERO, log_of_sum
 from vision_server.edges.alone import shadow_of_some
 from vision_server.edges.background import Background
 from vision_server.edges.blocked import DEPTH_SD, FLAT_SD, KNOWN_DEPTH_SD, shadow_of_one
 from vision_server.edges.densities import either, logarithms, normal, sum_of_logs
-from vision_server.edges.each_light import FACES_AWAY, TURNED_SD, less_crease
+from vision_server.edges.each_light import FACES_AWAY, TURNED_SD, LessCrease, less_crease
 from vision_server.edges.falling import Falling
 from vision_server.edges.ground import DARK_RATIO, NEITHER, ONE
 from vision_server.edges.light_parts import KnownLights, apparent_parts, parts_of
@@ -95,7 +97,7 @@ def _of_block(
 ) -> Reals:
     """As `likelihoods`, of as many edgels as the processor's cache holds."""
     found = np.empty((len(KINDS), sides.noise.shape[1]), np.float32)
-    found[[OUTLINE, CREASE, PRINT, NOISE]] = scatter(sides, background.dark)
+    found[:PRINT + 1], found[NOISE] = np.split(scatter(sides, background.dark), [PRINT + 1])
     if lights is not None and lights.are_all:
         _known_lights(found, sides, lights, falling)
     else:
@@ -109,7 +111,9 @@ def _of_block(
         found[HIGHLIGHT] = highlight - RARE_HIGHLIGHT
     if sides.sharpness is not None:  # a slope: 1 where it is even
         even = np.clip((SHARP - sides.sharpness) / (SHARP - 1.0), 0.0, 1.0)
-        found[[CREASE, PRINT]] -= np.float32(RARER_SLOPE) * even
+        even *= np.float32(RARER_SLOPE)
+        found[CREASE] -= even
+        found[PRINT] -= even
     if background.wall is not None:
         logs, noise = logarithms(sides)
         beside = logs - np.log(background.wall + sides.dark)[:, None]
@@ -129,13 +133,26 @@ def _by_ground(found: Reals, sides: Sides, background: Background, met: Grey) ->
     count = len(sides.noise)
     if background.wall is None:
         rarer = RARER_ENCLOSED * count * (count - 1) / 2.0
-        dimmer = sides.brightest.max(axis=0).min(axis=0) + np.float32(sides.dark)
-        is_lit = (met == ONE) & (dimmer > DARK_RATIO * (background.dark + sides.dark))
-        lit = np.maximum(found[CREASE], found[PRINT]) + LIKELIER_BEFORE_LIT
-        np.copyto(found[OUTLINE], either(found[OUTLINE], lit), where=is_lit)
+        lit = np.float32(DARK_RATIO * (background.dark + sides.dark) - sides.dark)
+        _before_lit(found, sides.brightest, met, lit)
     else:
         rarer = RARER_OFF_WALL * count
     found[OUTLINE] -= np.float32(rarer) * (met == NEITHER)
+
+
+@kernel(nogil=True)
+def _before_lit(found: Reals, brightest: Field, met: Grey, lit: np.float32) -> None:
+    """Let an outline before a ground that is brighter than ``lit`` be what a crease or a print is, too."""
+    likelier = np.float32(LIKELIER_BEFORE_LIT)
+    for i in range(len(met)):
+        if met[i] != ONE:
+            continue
+        one, other = ZERO, ZERO
+        for channel in range(len(brightest)):
+            one, other = max(one, brightest[channel, 0, i]), max(other, brightest[channel, 1, i])
+        if min(one, other) > lit:
+            step = max(found[CREASE, i], found[PRINT, i]) + likelier
+            found[OUTLINE, i] = log_of_sum(found[OUTLINE, i], step)
 
 
 def _before_wall(found: Reals, beside: Reals, noise: Reals) -> None:
@@ -170,10 +187,7 @@ def _known_lights(found: Reals, sides: Sides, lights: KnownLights, falling: Fall
         less = less_crease(parts, fall)
         if lights.are_alone:  # then the parts are what the channels show
             np.copyto(found[CREASE], less.crease, where=told)
-        crease = found[CREASE]
-        found[SHADOW], found[HIGHLIGHT] = crease + less.shadow, crease + less.mirrored - RARER_HIGHLIGHT
-        for kind, more in ((PRINT, less.glare - RARER_GLARE), (OUTLINE, less.outline - RARER_LIT)):
-            np.copyto(found[kind], either(found[kind], crease + more), where=told)
+        _beside_crease(found, less, told)
     other = np.flatnonzero(~told)
     if len(other):
         some = sides.of(other)
@@ -193,6 +207,25 @@ def _known_lights(found: Reals, sides: Sides, lights: KnownLights, falling: Fall
         found[SHADOW, other] = shadow
         highlight = _touched(logs, noise)[1]
         found[HIGHLIGHT, other] = highlight - RARER_HIGHLIGHT
+
+
+@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+def _beside_crease(found: Reals, less: LessCrease, told: Flags) -> None:
+    """Let what else edgels may be than creases say so in ``found`` (6, N), an output.
+
+    Of what is not ``told`` shadow and highlight have no meaning then.
+    """
+    crease, shadow, highlight = found[CREASE], found[SHADOW], found[HIGHLIGHT]
+    for i in range(len(told)):
+        shadow[i] = crease[i] + less.shadow[i]
+        highlight[i] = crease[i] + less.mirrored[i] - np.float32(RARER_HIGHLIGHT)
+    printed, outline = found[PRINT], found[OUTLINE]
+    for i in range(len(told)):
+        more = log_of_sum(printed[i], crease[i] + less.glare[i] - np.float32(RARER_GLARE))
+        printed[i] = more if told[i] else printed[i]
+    for i in range(len(told)):
+        more = log_of_sum(outline[i], crease[i] + less.outline[i] - np.float32(RARER_LIT))
+        outline[i] = more if told[i] else outline[i]
 
 
 def _turned(logs: Reals, noise: Reals) -> Reals:

@@ -67,14 +67,21 @@ def _accumulate(
 ) -> None:
     """Add one channel's rows ``begin`` (even) up to ``end`` to the state.
 
-    ``weight``, ``noise``: of their 2 x 2 px, see `Lighting`.
+    ``weight``, ``noise``: of their 2 x 2 px, see `Lighting`; an even weight is (1, 1).
     """
     columns = state.numbers.shape[1]
     first, last_row, last_column = begin >> 1, weight.shape[0] - 1, weight.shape[1] - 1
-    for v in range(len(weight)):
-        for u in range(last_column + 1):
-            state.weights[first + v, u] += weight[v, u]
-            state.noises[first + v, u] += weight[v, u] * noise[v, u]
+    for v in range(len(noise)):
+        weights, noises, of_noise = state.weights[first + v], state.noises[first + v], noise[v]
+        if weight.size == 1:
+            for u in range(len(of_noise)):
+                weights[u] += weight[0, 0]
+                noises[u] += weight[0, 0] * of_noise[u]
+        else:
+            of_weight = weight[v]
+            for u in range(len(of_noise)):
+                weights[u] += of_weight[u]
+                noises[u] += of_weight[u] * of_noise[u]
     per_rad = np.float32(BINS / np.pi)
     y = begin
     places = pixels.places

@@ -62,14 +62,15 @@ class Sides(NamedTuple):
 
     def of(self, edgels: slice | Ints) -> Sides:
         """Those of some of the edgels."""
-        return self._replace(
-            near=np.ascontiguousarray(self.near[..., edgels]),
-            brightest=np.ascontiguousarray(self.brightest[..., edgels]),
-            noise=np.ascontiguousarray(self.noise[:, edgels]),
-            known=np.ascontiguousarray(self.known[:, edgels]),
-            axis=self.axis[edgels],
-            sharpness=None if self.sharpness is None else self.sharpness[edgels],
-        )
+        if isinstance(edgels, slice):
+            near, brightest = (np.ascontiguousarray(of[..., edgels]) for of in (self.near, self.brightest))
+            noise = np.ascontiguousarray(self.noise[:, edgels])
+            known = np.ascontiguousarray(self.known[:, edgels])
+        else:  # many times as quick as an index
+            near, brightest = self.near.take(edgels, axis=2), self.brightest.take(edgels, axis=2)
+            noise, known = self.noise.take(edgels, axis=1), self.known.take(edgels, axis=1)
+        sharpness = None if self.sharpness is None else self.sharpness[edgels]
+        return Sides(near, brightest, noise, known, self.axis[edgels], self.dark, sharpness)
 
 
 class FlatGrey(NamedTuple):
@@ -121,23 +122,31 @@ def sides_of(edges: EdgeMap) -> Sides:
     noise = np.empty((len(channels), count), np.float32)
     known = np.empty((len(channels), count), np.bool_)
     for number, channel in enumerate(channels):
-        _read(_flat_grey(channel), pixels, parts, near[number], brightest[number])
-        known[number] = near[number].max(axis=0) < channel.linear_of[channel.clipped_from]
+        limits = channel.linear_of[channel.clipped_from], np.float32(channel.exposure)
+        sides = near[number], brightest[number], known[number]
+        _read(_flat_grey(channel), pixels, parts, limits, sides)
         noise[number] = _noise(channel, coarse_at)
-        if channel.exposure != 1.0:
-            near[number] /= np.float32(channel.exposure)
-            brightest[number] /= np.float32(channel.exposure)
     dark = DARK_GREY / max(channel.exposure for channel in channels)
     return Sides(near, brightest, noise, known, edges.axis, dark, _sharpness(edges, near, float(reach[0])))
 
 
 def _sharpness(edges: EdgeMap, near: Field, reach: float) -> Field:
     """As in `Sides`: the contrast of a slope is sqrt(2 pi) sigma times what it climbs in a pixel."""
-    step = np.abs(near[:, 1] - near[:, 0]).mean(axis=0)
     sigma = np.mean([channel.sigma_px for channel in edges.channels])
-    contrast = np.float32(np.sqrt(2.0 * np.pi) * sigma / (2.0 * reach)) * step
-    sharpness = edges.mass / np.maximum(contrast, np.float32(LEAST_CONTRAST))
-    return np.asarray(np.where(edges.mass > 0.0, sharpness, np.float32(np.inf)), np.float32)
+    contrast = np.sqrt(2.0 * np.pi) * sigma / (2.0 * reach) / len(near)
+    return _steepness(edges.mass, near, np.float32(contrast))
+
+
+@kernel(nogil=True)
+def _steepness(mass: Field, near: Field, contrast: np.float32) -> Field:
+    """Contrasts (N,) over those of a slope, which are so many times the sum of steps (C, 2, N)."""
+    found, least = np.zeros_like(mass), np.float32(LEAST_CONTRAST)
+    for channel in range(len(near)):
+        for i in range(len(mass)):
+            found[i] += abs(near[channel, 1, i] - near[channel, 0, i])
+    for i in range(len(mass)):
+        found[i] = mass[i] / max(contrast * found[i], least) if mass[i] > ZERO else np.float32(np.inf)
+    return found
 
 
 @kernel(nogil=True)
@@ -175,17 +184,35 @@ def _places(
 
 
 @kernel(nogil=True)
-def _read(grey: FlatGrey, pixels: NDArray[np.int32], parts: Field, near: Field, brightest: Field) -> None:
-    """Intensities (2, N) behind and ahead of each edgel, and the largest up to further away; outputs.
+def _read(
+    grey: FlatGrey,
+    pixels: NDArray[np.int32],
+    parts: Field,
+    limits: tuple[np.float32, np.float32],
+    sides: tuple[Field, Field, Flags],
+) -> None:
+    """What one channel shows behind and ahead of each of N edgels.
 
-    Beside the edge each is the mean of the three places along it; all are bilinear between four pixels.
+    Beside the edge it is the mean of the three places along it; all are bilinear between four pixels.
+
+    Parameters
+    ----------
+    grey, pixels, parts
+        Of the channel, and where they are read.
+    limits
+        From where the channel is clipped; its exposure.
+    sides
+        Outputs: near and brightest (2, N), and known (N,) of `Sides`.
     """
     image, linear_of, columns = grey
+    clipped, exposure = limits
+    near, brightest, known = sides
     third = np.float32(1.0 / 3.0)
     next_column, next_row = np.uint64(1), np.uint64(columns)  # without a sign: none counts from the end
     for i in range(len(pixels)):
+        known[i] = True
         for side in range(2):
-            mean, largest = np.float32(0.0), np.float32(0.0)
+            mean, largest = ZERO, ZERO
             for number in range(PLACES):
                 k = side * PLACES + number
                 at, right, down = np.uint64(pixels[i, k]), parts[i, k, 0], parts[i, k, 1]
@@ -198,8 +225,10 @@ def _read(grey: FlatGrey, pixels: NDArray[np.int32], parts: Field, near: Field, 
                     mean += value
                 else:
                     largest = max(largest, value)
-            near[side, i] = mean * third
-            brightest[side, i] = max(mean * third, largest)
+            mean *= third
+            known[i] &= mean < clipped
+            near[side, i] = mean / exposure
+            brightest[side, i] = max(mean, largest) / exposure
 
 
 def _noise(channel: ChannelStatistics, at: NDArray[np.int32]) -> Field:
@@ -207,7 +236,6 @@ def _noise(channel: ChannelStatistics, at: NDArray[np.int32]) -> Field:
 
     ``at`` are flat indices into the 2 x 2 px for which the noise is kept.
     """
-    gain = noise_gain(contrast_kernels(channel.sigma_px, 1.0))
+    share = np.float32(SMOOTHED_NOISE / noise_gain(contrast_kernels(channel.sigma_px, 1.0)))
     least = np.float32(channel.rounding_sd / channel.exposure)
-    noise = channel.light.noise_at(at)
-    return np.asarray(np.maximum(noise * np.float32(SMOOTHED_NOISE / gain), least))
+    return channel.light._replace(noise_of=np.maximum(channel.light.noise_of * share, least)).noise_at(at)

@@ -69,3 +69,10 @@ def test_an_image_that_was_scaled_clips_below_white(deep: bool) -> None:
     # neither where nothing is clipped, nor where there is no noise to show it
     assert found(0.8 * noisy[:, :240]) == SATURATED_GREY
     assert found(0.8 * np.tile(np.minimum(faces, 255.0), (200, 1))) == SATURATED_GREY
+
+
+def test_a_rough_image_has_the_noise_of_its_median_however_large_that_is() -> None:
+    rough = np.random.default_rng(0).choice(np.array([40, 200], np.uint8), (200, 320))
+    smooth = np.random.default_rng(0).choice(np.array([100, 104], np.uint8), (200, 320))
+    largest, usual = grey_noise(rough)[120], grey_noise(smooth)[102]
+    assert largest == pytest.approx(40.0 * usual, rel=0.02)

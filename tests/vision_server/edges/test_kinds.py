@@ -15,7 +15,7 @@ from vision_server.channels.depth import PER_GREY
 from vision_server.edges.background import Background, background_of
 from vision_server.edges.densities import sum_of_logs
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.kinds import edge_kinds, fit_kinds
+from vision_server.edges.kinds import edge_kinds, fit_kinds, less_sure_shadows
 from vision_server.edges.kinds_table import kinds_picture, kinds_table
 from vision_server.edges.light_parts import known_lights
 from vision_server.edges.likelihoods import (
@@ -302,3 +302,25 @@ def test_an_outline_that_one_of_twelve_noisy_images_shows_is_found() -> None:
     left, right = ((abs(x - at) < 1.5) & (y > 22) & (y < 58) for at in (29.5, 89.5))
     assert len(np.unique(np.rint(y[left]))) > 33
     assert len(np.unique(np.rint(y[right]))) > 33
+
+
+def test_shadows_that_are_likely_have_the_root_of_their_odds_and_nothing_else_changes() -> None:
+    probability = np.full((len(KINDS), 3), 0.01)
+    probability[OUTLINE], probability[CREASE] = 0.1, [0.06, 0.6, 0.81]
+    probability[SHADOW] = 1.0 - probability.sum(axis=0) + 0.01
+    before = probability.copy()
+    less_sure_shadows(probability)
+    rest = 1.0 - before[OUTLINE] - before[SHADOW]
+    odds = np.sqrt(before[SHADOW] / rest)
+    np.testing.assert_allclose(probability.sum(axis=0), 1.0)
+    np.testing.assert_allclose(probability[OUTLINE], before[OUTLINE])
+    np.testing.assert_allclose(probability[SHADOW, 0], 0.9 * odds[0] / (1.0 + odds[0]))
+    np.testing.assert_allclose(probability[CREASE, 0] / probability[PRINT, 0], 6.0)
+    np.testing.assert_array_equal(probability[:, 1:], before[:, 1:])
+    assert (probability.argmax(axis=0) == before.argmax(axis=0)).all()
+
+
+def test_some_edgels_have_the_same_sides_by_their_numbers_and_by_a_slice() -> None:
+    every = sides([(np.asarray(left), np.asarray(right)) for left, right in OF_KIND.values()])
+    for one, other in zip(every.of(slice(1, None, 2)), every.of(np.arange(1, len(OF_KIND), 2)), strict=True):
+        np.testing.assert_array_equal(one, other)

@@ -132,3 +132,21 @@ def test_beside_a_clipped_channel_shadows_are_told_by_the_others() -> None:
     sides.near[0] = 255.0
     sides.known[0] = False
     assert kind_of(sides) == SHADOW
+
+
+@pytest.mark.parametrize("more", [[], [[0.5, 0.5, 0.0, 0.2]]])
+def test_what_each_light_gives_is_found_from_as_many_channels_and_from_more(more: list[list[float]]) -> None:
+    levels = np.array([*LEVELS, *(image[:3] for image in more)])
+    given = np.array([[10.0, 40.0], [20.0, 20.0], [30.0, 0.0], [5.0, 6.0]], np.float32)  # of lamps and sun
+    near = np.asarray(np.hstack([levels, np.ones((len(levels), 1))]) @ given, np.float32)[..., None]
+    noise, known = np.full((len(levels), 1), 2.0, np.float32), np.ones((len(levels), 1), bool)
+    lights = known_lights(levels)
+    parts = parts_of(Sides(near, near, noise, known, np.zeros(1, np.float32)), lights)
+    assert parts is not None and lights.share is not None
+    np.testing.assert_allclose(parts.near[..., 0], given, atol=1e-4)
+    np.testing.assert_allclose(parts.noise[:, 0], 2.0 * np.linalg.norm(lights.share, axis=1), rtol=1e-5)
+    assert parts.known.all()
+
+
+def test_lights_that_are_on_alike_in_all_channels_are_not_told_apart() -> None:
+    assert known_lights(np.array([[1.0, 0.5], [0.0, 0.0], [0.5, 0.25]])).share is None
