@@ -183,7 +183,9 @@ def observe(
         seen = Edges(offset, found.sd, found.strength)
         by, neighbours = blended(samples, sigma, _blur(channels, sigma, SIGMAS[filters]), seen)
         offset = offset - by
-    tolerance = problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1)
+    tolerance = np.zeros(len(along))
+    if problem.tolerance_m > 0.0:
+        tolerance = problem.tolerance_m * np.linalg.norm(jacobian[:, 3:], axis=1)
     if slack.any():
         tolerance = np.hypot(tolerance, onto_roundings(samples.line, offset, slack, START_SHARE * reach_px))
     return Observation(

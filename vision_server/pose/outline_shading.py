@@ -13,7 +13,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.visibility import Samples
-from numerics.arrays import Floats
+from numerics.arrays import Flags, Floats, Ints
 from numerics.kernels import kernel
 from vision_server.channels.gradients import Frame
 from vision_server.pose.edge_points import Channel, derivative_at
@@ -34,13 +34,29 @@ def inside_of(model: Model, camera: Camera, pose: Pose, samples: Samples) -> Flo
     -------
     (N,): 1 ahead along the normal, -1 behind, 0 where the line is no outline.
     """
-    inside = np.zeros(len(samples.line))
-    faces = model.line_faces[samples.line]
-    of = np.flatnonzero(model.smooth[samples.line] & (faces.min(axis=1, initial=0) >= 0))
-    if len(of):
-        outwards = model.face_normals[faces[of]].sum(axis=1) @ pose.matrix.T
-        along = samples.normal[of] / [camera.fx, camera.fy]
-        inside[of] = -np.sign((outwards[:, :2] * along).sum(axis=1))
+    if not model.faces:
+        return np.zeros(len(samples.line))
+    faces, normals = model.line_faces, model.face_normals
+    return np.asarray(_inside(samples, model.smooth, faces, normals, pose.matrix, camera.fx, camera.fy))
+
+
+@kernel()
+def _inside(
+    samples: Samples, smooth: Flags, line_faces: Ints, normals: Floats, rotation: Floats, fx: float, fy: float
+) -> Floats:
+    """See `inside_of`; of lines (L,) which are smooth, their faces (L, 2), and the faces' normals (F, 3)."""
+    line, direction = samples.line, samples.image_direction
+    inside = np.zeros(len(line))
+    for i in range(len(line)):
+        one, two = line_faces[line[i], 0], line_faces[line[i], 1]
+        if not smooth[line[i]] or one < 0 or two < 0:
+            continue
+        x, y = 0.0, 0.0
+        for k in range(3):
+            outwards = normals[one, k] + normals[two, k]
+            x += rotation[0, k] * outwards
+            y += rotation[1, k] * outwards
+        inside[i] = -np.sign(x * -direction[i, 1] / fx + y * direction[i, 0] / fy)
     return inside
 
 

@@ -81,7 +81,7 @@ class Found:
         """Probability that this is where the target is, however exactly, see `probability.belief`."""
         return shared(self._own_belief, ambiguity)
 
-    @property
+    @cached_property
     def evidence(self) -> float:
         """For it, nats."""
         return self.support.evidence
@@ -96,6 +96,20 @@ class Found:
 
 
 @dataclass(frozen=True, eq=False)
+class Foreseen:
+    """What frames before tell of a target that was followed surely, for a look near its pose.
+
+    Attributes
+    ----------
+    softness : of its lines.
+    outer : whether edges outside of it are asked about, wherever it is.
+    """
+
+    softness: Softness | None = None
+    outer: bool = True
+
+
+@dataclass(frozen=True, eq=False)
 class Sight:
     """What looks at frames: model, camera and tone curve."""
 
@@ -104,18 +118,19 @@ class Sight:
     tone: Tone
 
     def near(
-        self, pixels: Pixels, expected: Pose, habits: Habits, before: Softness | None = None
+        self, pixels: Pixels, expected: Pose, habits: Habits, foreseen: Foreseen | None = None
     ) -> Found | None:
         """The pose a few pixels around the one expected; None where nothing holds it.
 
-        Where the target was followed surely in the frame ``before``, its lines may be taken to be as soft.
+        What frames before tell is ``foreseen`` where the target was followed surely in the last one.
         """
         seen = window(pixels, self.model, self.camera, expected, WINDOW_MARGIN_PX)
         if seen is None:
             return None
-        problem, kept = problem_of(seen, self.model, self.tone), None
-        if before is not None and before.holds(self.model, self.camera, expected):
-            kept = before
+        problem, known = problem_of(seen, self.model, self.tone), foreseen or Foreseen()
+        kept = known.softness
+        if kept is not None and not kept.holds(self.model, self.camera, expected):
+            kept = None
         own = kept or Softness.measured(problem, expected)
         problem = replace(problem, scale=own.scale)
         first = refine(problem, expected, NEAR_REACHES_PX, own.spacing_px)
@@ -123,8 +138,8 @@ class Sight:
             return None
         line = first.observation.samples.line
         if kept is not None and not kept.holds(self.model, self.camera, first.pose, line):
-            return self.near(pixels, expected, habits)
-        return on_lines(problem, first.pose, own, habits)
+            return self.near(pixels, expected, habits, replace(known, softness=None))
+        return on_lines(problem, first.pose, own, habits, None if known.outer else expected)
 
     def far(self, pixels: Pixels, expected: Sequence[Pose], habits: Habits) -> list[Found]:
         """The same some 30 px around each of the poses, by way of smaller pictures; best first."""
@@ -193,10 +208,18 @@ def turned_about(pose: Pose, middle: Floats, turn: Floats) -> Pose:
     return Pose.from_matrix(matrix, pose.apply(middle[None])[0] - matrix @ middle)
 
 
-def on_lines(problem: PoseProblem, near: Pose, softness: Softness, habits: Habits) -> Found | None:
-    """Fitted to whole lines from nearby; on the outermost edges where those inside of them may be print."""
+def on_lines(
+    problem: PoseProblem, near: Pose, softness: Softness, habits: Habits, as_far: Pose | None = None
+) -> Found | None:
+    """Fitted to whole lines from nearby; on the outermost edges where those inside of them may be print.
+
+    The latter is not asked of a pose no farther away than another one, ``as_far``: on print it would be.
+    """
     around = beside(problem, near)
     found = _fitted(problem, near, (EXACT_REACH_PX, NEAR_SETTLED_PX), softness, habits, around)
+    middle = problem.model.middle
+    if found is not None and as_far is not None and not _is_farther(found.pose, as_far, middle):
+        return found
     outer = outermost(problem, near, around)
     if found is None or outer is None:
         return found
@@ -205,7 +228,13 @@ def on_lines(problem: PoseProblem, near: Pose, softness: Softness, habits: Habit
         return found
     around = beside(problem, refined.pose)
     other = _fitted(problem, refined.pose, (OUTER_REACHES_PX[-1], SETTLED_PX), softness, habits, around)
-    return other if other is not None and _is_print(found, other, problem.model.middle) else found
+    return other if other is not None and _is_print(found, other, middle) else found
+
+
+def _is_farther(one: Pose, other: Pose, middle: Floats, share: float = 0.5 * NEARER_SHARE) -> bool:
+    """Whether a target with this middle (3,) is farther away at the one pose, by a share of its range."""
+    far, near = (float(np.linalg.norm(pose.apply(middle[None]))) for pose in (one, other))
+    return near <= (1.0 - share) * far
 
 
 def _is_print(found: Found, outer: Found, middle: Floats) -> bool:
@@ -213,8 +242,9 @@ def _is_print(found: Found, outer: Found, middle: Floats) -> bool:
 
     Print explains the edges of the first; of the second, chance would have to explain those outside.
     """
-    ranges = [float(np.linalg.norm(one.pose.apply(middle[None]))) for one in (outer, found)]
-    if ranges[0] > (1.0 - NEARER_SHARE) * ranges[1] or outer.quality < PRINT_QUALITY * found.quality:
+    if not _is_farther(found.pose, outer.pose, middle, NEARER_SHARE):
+        return False
+    if outer.quality < PRINT_QUALITY * found.quality:
         return False
     return outer.evidence >= found.evidence - PRINT_NATS
 

@@ -33,6 +33,9 @@ TURNS_REFINED = 3  # of all around, those that most speaks for (by hand)
 # By which a pose has to be ahead of all turns then: right ones mostly were by 16 nats and more; one that was
 # held at other edges after an arm had passed, off by 16 degrees, by 6 and less.
 CLEAR_NATS = 10.0
+# By which it is ahead of them after a frame whose turn was not seen: one that had slipped by 2.6 degrees was
+# by 3, right ones mostly by more.
+SEEN_AGAIN_NATS = 6.0
 SURE_LATELY_FRAMES = 5  # after a sure frame; later a turn has to be looked for all around (by hand)
 
 
@@ -42,6 +45,7 @@ class RoundTurns:
     def __init__(self, model: Model) -> None:
         self._model, self._turns = model, turns_about_round_axes(model)
         self._ahead: Floats = np.zeros(len(self._turns))  # by how many nats of each turn, when last asked
+        self._slips = False  # whether the turn was not seen when a frame was last asked
         self._sure_at: int | None = None  # the last frame whose turn was seen
 
     def asked(self, found: Found, habits: Habits, frame: int) -> tuple[bool, Found | None]:
@@ -56,26 +60,28 @@ class RoundTurns:
                 return False, other if better else None
         count = len(self._turns)
         few = {*np.argsort(self._ahead)[:LIKELIEST_TURNS].tolist(), frame % count}
-        seen = self._are_less(found, few if ago == 1 else range(count))
-        self._sure_at = frame if seen else self._sure_at
+        least = SEEN_AGAIN_NATS if self._slips else RIVAL_NATS
+        seen = self._are_less(found, few if ago == 1 else range(count), least)
+        self._sure_at, self._slips = frame if seen else self._sure_at, not seen
         return seen, None
 
     def is_seen(self, found: Found) -> bool:
         """Whether a frame supports a pose more than those turned about an axis of a nearly round model."""
         return self._are_less(found, range(len(self._turns)))
 
-    def _are_less(self, found: Found, some: Collection[int]) -> bool:
-        """Whether each of some turns is supported less than a pose."""
+    def _are_less(self, found: Found, some: Collection[int], least: float = RIVAL_NATS) -> bool:
+        """Whether each of some turns is supported less than a pose, by so many nats at ``least``."""
         if not some:
             return True
         spacing_px = TURNED_COARSENING * found.softness.spacing_px
-        own = support_at(found.problem, found.pose, spacing_px)
+        own = support_at(found.problem, found.pose, spacing_px, pulls=False)  # as its fit has offsets
         if own is None:
             return False
         for number in some:
-            other = support_at(found.problem, found.pose.compose(self._turns[number]), spacing_px)
+            pose = found.pose.compose(self._turns[number])
+            other = support_at(found.problem, pose, spacing_px, pulls=False)
             self._ahead[number] = np.inf if other is None else own.evidence - other.evidence
-        return all(self._ahead[number] >= RIVAL_NATS for number in some)
+        return all(self._ahead[number] >= least for number in some)
 
     def _elsewhere(self, found: Found, habits: Habits) -> Found | None:
         """Of the poses at other turns, the one that a frame supports best."""

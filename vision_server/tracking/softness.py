@@ -1,8 +1,10 @@
-"""How soft a target's lines are, kept from one frame to the next while next to nothing moves."""
+"""How soft a target's lines are, kept from one frame to the next while it moves as it did."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import math
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -14,9 +16,11 @@ from vision_server.pose.line_scales import line_scales
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import spacing_for
 
-# No vertex of a still target moves farther. The blur of a shutter that is open all the time over so many
-# pixels has a standard deviation of 0.9 px; what is softer than 1.4 px is looked at with a wider filter.
-STILL_PX = 3.0
+# From one frame to the next a vertex moves by so much more or less than when it was measured, at most. The
+# blur of a shutter that is open all the time over so many pixels has a standard deviation of 0.9 px; what is
+# softer than 1.4 px is looked at with a wider filter.
+STEADY_PX = 3.0
+KNOWN_SHARE = 0.8  # of the samples, on lines that were measured (by hand); others are as soft as half of them
 KEPT_FRAMES = 8  # until it is measured again, as focus and light change slowly; chosen by hand
 
 
@@ -29,15 +33,18 @@ class Softness:
     scale : (1, L), see `line_scales`.
     spacing_px : of samples.
     frames : for how many more it may be kept; 0 unless it is `kept`.
-    pixels : (V, 2), where the model's vertices were.
-    seen : (L,), which lines were visible.
+    seen : (L,), which lines were visible in the frame in which it was measured.
+    pixels : (V, 2), where the model's vertices were in the last frame.
+    first, step : (V, 2), the same in that frame, and how far they had moved since the one before it.
     """
 
     scale: Ints
     spacing_px: float
     frames: int = 0
-    pixels: Floats = field(default_factory=lambda: np.full((1, 2), np.inf))
     seen: Flags = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
+    pixels: Floats = field(default_factory=lambda: np.full((1, 2), np.inf))
+    first: Floats = field(default_factory=lambda: np.full((1, 2), np.inf))
+    step: Floats = field(default_factory=lambda: np.full((1, 2), np.inf))
 
     @classmethod
     def measured(cls, problem: PoseProblem, pose: Pose) -> Softness:
@@ -46,21 +53,42 @@ class Softness:
 
     def holds(self, model: Model, camera: Camera, pose: Pose, line: Ints | None = None) -> bool:
         """Whether it is that of the next frame, where the target has this pose and lines (N,) are visible."""
-        if self.frames == 0 or (line is not None and not self.seen[line].all()):
+        if self.frames == 0 or (line is not None and self.seen[line].mean() < KNOWN_SHARE):
             return False
-        return self._are_near(camera.project(pose.apply(model.vertices)))
+        return self._is_steady(camera.project(pose.apply(model.vertices)))
 
     def kept(self, model: Model, camera: Camera, pose: Pose, line: Ints, before: Softness | None) -> Softness:
         """For the next frame, after one with this pose, of which lines (N,) are visible.
 
-        What was measured while the target moved from where the last frame left it, ``before``, is not kept.
+        What was measured in this frame is kept if the last one left it where the target was ``before``.
         """
-        pixels, frames = camera.project(pose.apply(model.vertices)), self.frames - 1
-        if self is not before:
-            frames = KEPT_FRAMES if before is not None and before._are_near(pixels) else 0
+        pixels = camera.project(pose.apply(model.vertices))
+        if self is before:
+            return replace(self, frames=self.frames - 1, pixels=pixels)
         seen = np.zeros(len(model.lines), dtype=np.bool_)
         seen[line] = True
-        return Softness(self.scale, self.spacing_px, frames, pixels, seen)
+        if before is None:
+            return replace(self, frames=0, seen=seen, pixels=pixels)
+        step = pixels - before.pixels
+        return replace(self, frames=KEPT_FRAMES, seen=seen, pixels=pixels, first=pixels, step=step)
 
-    def _are_near(self, pixels: Floats) -> bool:
-        return bool(np.abs(pixels - self.pixels).max() < STILL_PX)  # not where one is behind the camera
+    @cached_property
+    def _shape(self) -> tuple[Floats, float, float]:
+        """When it was measured: vertices from their middle, how far at most, and the longest step, px."""
+        shape = _from_middle(self.first)
+        return shape, _longest(shape), _longest(self.step)
+
+    def _is_steady(self, pixels: Floats) -> bool:
+        """Whether the vertices have moved as they did, and lines have not turned against the way they go."""
+        shape, radius_px, step_px = self._shape
+        across_px = step_px * _longest(_from_middle(pixels) - shape) / radius_px
+        more_px = np.abs(pixels - self.pixels - self.step).max()
+        return bool(more_px < STEADY_PX and across_px < STEADY_PX)  # not where one is behind the camera
+
+
+def _from_middle(pixels: Floats) -> Floats:
+    return np.asarray(pixels - pixels.mean(axis=0))
+
+
+def _longest(vectors: Floats) -> float:
+    return math.sqrt((vectors**2).sum(axis=1).max())

@@ -5,9 +5,10 @@ A frame is looked at in this order, until a look suffices:
 1. *Near* the pose that the motion foresees (`following.Sight.near`). That suffices after a frame that was
    followed surely, if the motion foresees the pose to within this look's reach, and what is seen is believed
    and as in other frames in this light (`usual`).
-2. *Farther*, some 30 px around the foreseen pose and the last one (`Sight.far`), and turned to and fro where
-   the motion foresees less than a near look reaches (`Sight.turned`). The likeliest of the believed poses is
-   taken (`following.likeliest`), else the best that is HELD, or has whole lines, beside an occluder.
+2. *Farther*, some 30 px around the foreseen pose, and the last one unless what is near is believed and dim
+   (`Sight.far`), and turned to and fro where the motion foresees less than a near look reaches
+   (`Sight.turned`). The likeliest of the believed poses is taken (`following.likeliest`), else the best that
+   is HELD, or has whole lines, beside an occluder.
 3. *Around* the last pose, as a session's estimate does it (`searching`), if there is no such pose, or if it
    is not believed and LOOKED_AT_ANEW before it were not.
 4. *Everywhere*, after so many searches in vain (`searching.everywhere_is_due`).
@@ -42,7 +43,7 @@ from vision_server.pipeline import PipelineSettings
 from vision_server.tracking import acceptance
 from vision_server.tracking.clock import Clock
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import NEAR_REACHES_PX, Found, Sight, likeliest
+from vision_server.tracking.following import NEAR_REACHES_PX, Foreseen, Found, Sight, likeliest
 from vision_server.tracking.frame import Tone, check_size
 from vision_server.tracking.history import History
 from vision_server.tracking.motion import Innovation, Motion
@@ -66,6 +67,8 @@ EXPECTED_CHI2, SURPRISING_CHI2 = 16.8, 38.3
 # SURE; after so many frames in a row that are not believed a search is made; and after so long without a pose
 # the velocity says nothing any more.
 SURE_QUALITY, LOOKED_AT_ANEW, LONGEST_WITHOUT_S = 0.6, 5, 0.5
+# By hand: where frames are sure, edges outside of the target are asked about in each such frame.
+OUTER_ASKED_FRAMES = 4
 
 
 class Tracker:
@@ -141,13 +144,16 @@ class Tracker:
         """What a look near the expected pose finds, or one farther around where that does not suffice."""
         start, history = expected.pose(self.model.middle), self._history
         self._usual.meets(pixels, start)
-        near = self._sight.near(pixels, start, self._habits, history.softness)
         foreseen = expected.spread_px(self.camera, 0.5 * self.model.diameter) < NEAR_REACHES_PX[0]
-        steady = history.softness is not None and foreseen
-        suffices = near is not None and steady and self._usual.shows(near.support)
-        if near is not None and suffices and self._is_believed(near, self._innovation(near)):
+        known = None
+        if history.softness is not None:
+            known = Foreseen(history.softness, outer=self._frame % OUTER_ASKED_FRAMES == 0)
+        near = self._sight.near(pixels, start, self._habits, known)
+        steady = known is not None and foreseen
+        believed = near is not None and steady and self._is_believed(near, self._innovation(near))
+        if near is not None and believed and self._usual.shows(near.support):
             return near
-        starts = [start] if isinstance(history.last, Anywhere) else [start, history.last]
+        starts = [start] if believed or isinstance(history.last, Anywhere) else [start, history.last]
         candidates = self._sight.far(pixels, starts, self._habits) + ([] if near is None else [near])
         if candidates and not foreseen:
             candidates += self._sight.turned(pixels, candidates, self._habits)
@@ -172,8 +178,11 @@ class Tracker:
         return self._motion.innovation(found.pose, found.covariance, self.model.middle)
 
     def _is_believed(self, found: Found, innovation: Innovation) -> bool:
-        like = self._history.search_believed and self._usual.is_like_before(found.quality)
-        return like and self._is_likely(found, innovation)
+        return self._may_be_believed(found) and self._is_likely(found, innovation)
+
+    def _may_be_believed(self, found: Found) -> bool:
+        """Whether neither the last search nor frames in light like this one's speak against a pose."""
+        return self._history.search_believed and self._usual.is_like_before(found.quality)
 
     def _is_likely(self, found: Found, innovation: Innovation) -> bool:
         """Whether a pose would be believed in light that usually shows as little."""
@@ -186,7 +195,8 @@ class Tracker:
         history = self._history
         found, clear = firmest(found, self._sight, self._habits)
         innovation = self._innovation(found)
-        believed, likely = self._is_believed(found, innovation), self._is_likely(found, innovation)
+        likely = self._is_likely(found, innovation)
+        believed = likely and self._may_be_believed(found)
         if innovation.squared <= SURPRISING_CHI2:
             self._motion = self._motion.corrected(innovation)
         else:

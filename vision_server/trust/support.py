@@ -198,9 +198,12 @@ class PoseSupport:
         )
 
 
-def support_at(problem: PoseProblem, pose: Pose, spacing_px: float) -> PoseSupport | None:
-    """Look for the support of a pose; None when no line of the model is visible from it."""
-    seen = observe(problem, pose, CAP_PX, spacing_px)
+def support_at(problem: PoseProblem, pose: Pose, spacing_px: float, pulls: bool = True) -> PoseSupport | None:
+    """Look for the support of a pose; None when no line of the model is visible from it.
+
+    Whether edges are moved back by what ``pulls`` at them, see `observe`.
+    """
+    seen = observe(problem, pose, CAP_PX, spacing_px, pulls)
     if len(seen.along) == 0:
         return None
     return support_of(seen, [channel.name for channel in problem.channels])

@@ -44,6 +44,20 @@ def test_inside_is_where_the_part_is() -> None:
     assert covered[y, x].mean() < 0.03
 
 
+def test_inside_is_where_the_normals_of_an_outlines_faces_do_not_point() -> None:
+    model = Model.of_surface("rounded", surface_of(ROUND["body"](16) + ROUND["ring"](6)))
+    rng = np.random.default_rng(4)
+    for _ in range(4):
+        pose = random_view(rng, model, CAMERA)
+        samples = visible_samples(model, CAMERA, pose, 3.0)
+        faces = model.line_faces[samples.line]
+        outwards = model.face_normals[faces].sum(axis=1) @ pose.matrix.T
+        away = np.sign((outwards[:, :2] * samples.normal / [CAMERA.fx, CAMERA.fy]).sum(axis=1))
+        outline = model.smooth[samples.line] & (faces >= 0).all(axis=1)
+        assert outline.any() and not outline.all()
+        assert (inside_of(model, CAMERA, pose, samples) == np.where(outline, -away, 0.0)).all()
+
+
 def test_lines_of_a_box_are_no_outlines() -> None:
     model = Model.of_surface("ring", surface_of(ROUND["ring"](6)))
     pose = random_view(np.random.default_rng(3), model, CAMERA)

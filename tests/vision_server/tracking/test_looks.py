@@ -10,9 +10,10 @@ from tests.vision_server.tracking.films import NEAR, filmed, moving
 from vision_server.channels.depth import Pixels
 from vision_server.matching.match import Anywhere
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import Found, Sight
+from vision_server.tracking.following import Foreseen, Found, Sight
 from vision_server.tracking.searching import EVERYWHERE_AFTER
-from vision_server.tracking.tracker import Tracker
+from vision_server.tracking.tracker import OUTER_ASKED_FRAMES, Tracker
+from vision_server.tracking.usual import Usual
 from vision_server.trust.judgement import Estimate
 
 
@@ -50,6 +51,40 @@ def test_where_the_motion_foresees_less_than_a_small_search_reaches_other_poses_
         assert tracker.step(frame, time_s).state == "sure"
         counts.append(len(looks))
     assert counts == [0, 1, 1, 1, 1, 2]
+
+
+def test_where_a_steady_pose_is_believed_and_dim_the_last_one_is_not_looked_at(
+    model: Model, looks: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tracker, frames = Tracker(model, CAMERA, NEAR), list(filmed(model, list(moving(7))))
+    for frame in frames[:5]:
+        assert tracker.step(frame).state == "sure"
+    looks.clear()
+    monkeypatch.setattr(Usual, "shows", lambda *_: False)
+    assert tracker.step(frames[5]).state == "sure"
+    monkeypatch.setattr(Usual, "is_like_before", lambda *_: False)
+    tracker.step(frames[6])
+    assert looks == [1, 2]
+
+
+def test_edges_outside_are_asked_about_now_and_then_while_frames_are_sure(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked, near = list[bool](), Sight.near
+
+    def noted(
+        self: Sight, pixels: Pixels, expected: Pose, habits: Habits, foreseen: Foreseen | None = None
+    ) -> Found | None:
+        asked.append(foreseen is None or foreseen.outer)
+        return near(self, pixels, expected, habits, foreseen)
+
+    monkeypatch.setattr(Sight, "near", noted)
+    tracker = Tracker(model, CAMERA, NEAR)
+    for number, frame in enumerate(filmed(model, list(moving(5 + 2 * OUTER_ASKED_FRAMES)))):
+        assert tracker.step(frame).state == "sure"
+        if number < 5:
+            asked.clear()
+    assert asked.count(True) == 2 and len(asked) == 2 * OUTER_ASKED_FRAMES
 
 
 def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhere(

@@ -16,7 +16,7 @@ from tests.vision_server.tracking.framed import problem
 from vision_server.pose.roundings import outward_of
 from vision_server.tracking.beside import beside
 from vision_server.tracking.fitting import Habits
-from vision_server.tracking.following import Sight
+from vision_server.tracking.following import Foreseen, Sight, on_lines
 from vision_server.tracking.frame import Tone
 from vision_server.tracking.outermost import outer_edges, outermost
 
@@ -61,6 +61,17 @@ def test_a_box_is_not_taken_for_the_frames_on_its_faces(turn: int, inset: int) -
     found = sight.near(pictured(box, pose), farther(pose, 1.08), Habits.of(sight.model))
     assert found is not None
     assert abs(found.pose.translation[2] / pose.translation[2] - 1.0) < 0.005
+
+
+def test_print_is_asked_about_of_what_seems_farther_than_it_was_foreseen() -> None:
+    box, pose = framed_box(5), seen_at(TURNS[0])
+    sight, habits = Sight(sharp(box), CAMERA, Tone.of(1.0, 0.01)), Habits.of(sharp(box))
+    found = sight.near(pictured(box, pose), farther(pose, 1.08), habits, Foreseen(outer=False))
+    assert found is not None
+    assert found.pose.translation[2] / pose.translation[2] - 1.0 > 0.01  # as far as it was expected
+    again = on_lines(found.problem, found.pose, found.softness, habits, as_far=pose)
+    assert again is not None
+    assert abs(again.pose.translation[2] / pose.translation[2] - 1.0) < 0.005
 
 
 def test_a_plain_box_stays_where_it_is() -> None:

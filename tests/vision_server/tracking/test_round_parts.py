@@ -64,9 +64,9 @@ def test_where_no_frame_was_sure_lately_a_turn_that_is_seen_better_takes_the_pla
 def test_after_a_sure_frame_few_turns_are_asked_about(monkeypatch: pytest.MonkeyPatch) -> None:
     model, asked = disc(), list[Pose]()
 
-    def counted(problem: PoseProblem, pose: Pose, spacing_px: float) -> PoseSupport | None:
+    def counted(problem: PoseProblem, pose: Pose, spacing_px: float, pulls: bool) -> PoseSupport | None:
         asked.append(pose)
-        return support_at(problem, pose, spacing_px)
+        return support_at(problem, pose, spacing_px, pulls)
 
     monkeypatch.setattr(round_parts, "support_at", counted)
     pose, turns = at(150.0, 40.0, model), RoundTurns(model)
@@ -77,3 +77,19 @@ def test_after_a_sure_frame_few_turns_are_asked_about(monkeypatch: pytest.Monkey
         asked.clear()
     assert counts[0] == counts[3] == 1 + len(turns_about_round_axes(model))
     assert max(counts[1:3]) <= 4
+
+
+def test_a_turn_that_was_not_seen_has_to_be_seen_more_clearly_before_it_is_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    model = disc()
+    habits, turns = Habits.of(model), RoundTurns(model)
+    clear, hidden = (found_at(model, pose, pose) for pose in (at(150.0, 40.0, model), at(30.0, 40.0, model)))
+    assert turns.asked(clear, habits, 0) == (True, None)
+    least = float(turns._ahead.min())
+    for ahead, seen in ((least - 1.0, True), (least + 1.0, False)):
+        monkeypatch.setattr(round_parts, "SEEN_AGAIN_NATS", ahead)
+        again = RoundTurns(model)
+        frames = ((0, clear), (2, hidden), (3, clear), (4, clear))  # after frame 1 all turns are asked about
+        told = [again.asked(found, habits, frame)[0] for frame, found in frames]
+        assert told == [True, False, seen, seen]

@@ -1,4 +1,6 @@
-"""How soft lines are is kept while a target hardly moves, and looked at again where it does."""
+"""How soft lines are is kept while a target moves as it did, and looked at again where it does not."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,7 +12,8 @@ from tests.vision_server.tracking.films import filmed, moving
 from tests.vision_server.tracking.framed import problem
 from vision_server.pose.observation import PoseProblem
 from vision_server.tracking import softness
-from vision_server.tracking.softness import KEPT_FRAMES, STILL_PX, Softness
+from vision_server.tracking.following import turned_about
+from vision_server.tracking.softness import KEPT_FRAMES, STEADY_PX, Softness
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import Tracker
 
@@ -38,12 +41,17 @@ def looks(model: Model, poses: list[Pose], monkeypatch: pytest.MonkeyPatch) -> i
     return len({number for number in found if number > 2})
 
 
-def test_it_is_measured_now_and_then_of_what_stands_still_and_in_each_frame_of_what_moves(
-    model: Model, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("still", [0, 3 + 2 * (KEPT_FRAMES + 1)])
+def test_it_is_measured_now_and_then_of_what_stands_still_or_moves_steadily(
+    model: Model, monkeypatch: pytest.MonkeyPatch, still: int
 ) -> None:
-    count = 3 + 2 * (KEPT_FRAMES + 1)
-    assert looks(model, moving(count, still=count), monkeypatch) == 2
-    assert looks(model, moving(8), monkeypatch) == 5
+    assert looks(model, moving(3 + 2 * (KEPT_FRAMES + 1), still=still), monkeypatch) == 2
+
+
+def test_it_is_measured_again_when_what_moved_stops(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
+    steady = [aside(8.0 * k) for k in range(6)]
+    stopped = steady[:4] + [steady[3]] * 2
+    assert looks(model, stopped, monkeypatch) > looks(model, steady, monkeypatch)
 
 
 def test_poses_are_the_same_with_what_was_kept(model: Model, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,25 +66,36 @@ def test_poses_are_the_same_with_what_was_kept(model: Model, monkeypatch: pytest
         assert one.error_to(other).within(0.01, 0.0001)
 
 
-def test_it_holds_near_where_it_was_for_the_lines_that_were_seen(model: Model) -> None:
+def test_it_holds_where_the_target_went_on_for_the_lines_that_were_seen(model: Model) -> None:
     first = Softness.measured(problem(model, printed=False), POSE)
     assert not first.holds(model, CAMERA, POSE)
     line = np.array([0, 1, 2])
     once = first.kept(model, CAMERA, POSE, line, None)
     assert not once.holds(model, CAMERA, POSE)  # whether it moved is not known
-    kept = first.kept(model, CAMERA, aside(1.0), line, once)
-    assert kept.holds(model, CAMERA, POSE, line)
-    assert not kept.holds(model, CAMERA, POSE, np.array([3]))
-    assert not kept.holds(model, CAMERA, aside(1.0 + 1.2 * STILL_PX))
-    for _ in range(KEPT_FRAMES):
-        assert kept.holds(model, CAMERA, POSE)
-        kept = kept.kept(model, CAMERA, POSE, line, kept)
-    assert not kept.holds(model, CAMERA, POSE)
+    kept = first.kept(model, CAMERA, aside(10.0), line, once)
+    assert kept.holds(model, CAMERA, aside(20.0), line)
+    assert kept.holds(model, CAMERA, aside(20.0 + 0.8 * STEADY_PX))
+    assert not kept.holds(model, CAMERA, aside(20.0 + 1.2 * STEADY_PX))
+    assert not kept.holds(model, CAMERA, aside(10.0))
+    assert not kept.holds(model, CAMERA, aside(20.0), np.array([0, 1, 3]))
+    for number in range(KEPT_FRAMES):
+        assert kept.holds(model, CAMERA, aside(10.0 * (number + 2)))
+        kept = kept.kept(model, CAMERA, aside(10.0 * (number + 2)), line, kept)
+    assert not kept.holds(model, CAMERA, aside(10.0 * (KEPT_FRAMES + 2)))
 
 
-def test_what_was_measured_of_a_target_that_moved_is_not_kept(model: Model) -> None:
+def test_it_does_not_hold_where_lines_have_turned_against_the_way_they_go(model: Model) -> None:
     first = Softness.measured(problem(model, printed=False), POSE)
-    line = np.array([0, 1, 2])
+    line, fast = np.array([0, 1, 2]), 30.0
     once = first.kept(model, CAMERA, POSE, line, None)
-    blurred = first.kept(model, CAMERA, aside(1.2 * STILL_PX), line, once)
-    assert not blurred.holds(model, CAMERA, aside(1.2 * STILL_PX))
+    kept = first.kept(model, CAMERA, aside(fast), line, once)
+    on = aside(2.0 * fast)
+    assert kept.holds(model, CAMERA, on)
+    turned = turned_about(on, model.middle, np.radians([0.0, 0.0, 10.0]))
+    shift = CAMERA.project(turned.apply(model.vertices)) - CAMERA.project(on.apply(model.vertices))
+    slow = first.kept(model, CAMERA, aside(fast), line, first.kept(model, CAMERA, aside(fast), line, None))
+    assert np.abs(shift).max() > STEADY_PX and not slow.holds(model, CAMERA, turned)
+    rest = replace(slow, pixels=CAMERA.project(turned.apply(model.vertices)))  # it turned there, slowly
+    assert rest.holds(model, CAMERA, turned)
+    gone = replace(kept, pixels=CAMERA.project(turned.apply(model.vertices)) - kept.step)
+    assert not gone.holds(model, CAMERA, turned)
