@@ -13,9 +13,8 @@ import signal
 import time
 import warnings
 from collections import deque
-from collections.abc import Iterator
 from contextlib import suppress
-from itertools import groupby
+from itertools import groupby, zip_longest
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
 from typing import Any, NamedTuple
@@ -56,13 +55,12 @@ class Share(NamedTuple):
 
 
 class Worker:
-    """A process as its parent knows it: what it was given last, and at which test it is."""
+    """A process as its parent knows it: what it has, until it is told to end, and at which test it is."""
 
     def __init__(self, pid: int, pipe: Connection) -> None:
         self.pid, self.pipe = pid, pipe
         self.share: Share | None = None
         self.at: tuple[str, Location] | None = None
-        self.ended = False
 
 
 class House:
@@ -92,8 +90,9 @@ class House:
         """Hand out files and pass on what is said of their tests, until all have been run."""
         while self._workers:
             pipes = {worker.pipe: worker for worker in self._workers}
+            ready = wait(list(pipes))
             for pipe, worker in pipes.items():
-                if pipe not in wait(list(pipes)):
+                if pipe not in ready:
                     continue
                 try:
                     told = pipe.recv()
@@ -110,10 +109,8 @@ class House:
     def _heard(self, worker: Worker, word: str, *told: Any) -> None:
         hook = self._config.hook
         if word == "next":
-            worker.share = self._waiting.popleft() if self._waiting else None
+            worker.share, worker.at = self._waiting.popleft() if self._waiting else None, None
             worker.pipe.send(worker.share)
-        elif word == "ended":
-            worker.ended = True
         elif word == "started":
             worker.at = told[0], told[1]
             hook.pytest_runtest_logstart(nodeid=told[0], location=told[1])
@@ -131,18 +128,19 @@ class House:
         status = os.waitstatus_to_exitcode(os.waitpid(worker.pid, 0)[1])
         worker.pipe.close()
         self._workers.remove(worker)
-        if worker.ended:
+        if worker.share is None and status == 0:
             return True
-        share = worker.share
-        names = [item.nodeid for item in self._files[share.file]] if share else []
-        nodeid, location = worker.at or (names[0] if names else "", ("", None, ""))
+        file, first = worker.share or (
+            len(self._files) - 1,
+            -1,
+        )  # leaving what is the session's
+        names = [item.nodeid for item in self._files[file]]
+        nodeid, location = worker.at or (names[first], ("", None, ""))
         words = f"the process that ran it ended, exit status {status}"
         failed = pytest.TestReport(nodeid, location, {}, "failed", words, "call")
         self._config.hook.pytest_runtest_logreport(report=failed)
-        if share and nodeid not in names:  # it was at the last test of the file before
-            self._waiting.appendleft(share)
-        elif share and nodeid != names[-1]:
-            self._waiting.appendleft(Share(share.file, names.index(nodeid) + 1))
+        if nodeid != names[-1]:
+            self._waiting.appendleft(Share(file, names.index(nodeid) + 1))
         return self.start() if self._waiting else True
 
     def close(self) -> None:
@@ -192,20 +190,13 @@ def _work(session: pytest.Session, files: list[list[pytest.Item]], pipe: Connect
         capture.start_global_capturing()
     config.pluginmanager.unregister(name="terminalreporter")
     config.pluginmanager.register(_Teller(config, pipe))
-    items = _given(files, pipe)
-    item = next(items, None)
-    while item is not None:
-        following = next(items, None)  # what both need stays
-        config.hook.pytest_runtest_protocol(item=item, nextitem=following)
-        item = following
-    pipe.send(("ended",))
-
-
-def _given(files: list[list[pytest.Item]], pipe: Connection) -> Iterator[pytest.Item]:
-    """Tests of one file after the other, as they are handed out."""
     while True:
         pipe.send(("next",))
         share: Share | None = pipe.recv()
         if share is None:
+            session.testsfailed = 0  # they have been told: its exit status is that of what ends now
             return
-        yield from files[share.file][share.first :]
+        items = files[share.file][share.first :]
+        # what is the session's stays from file to file
+        for item, following in zip_longest(items, items[1:], fillvalue=session):
+            config.hook.pytest_runtest_protocol(item=item, nextitem=following)

@@ -98,6 +98,14 @@ def test_a_test_that_ends_its_process_has_failed_and_the_others_are_run(tmp_path
     assert f"FAILED test_a.py::test_{deadly} - the process that ran it ended, exit status -9" in said
 
 
+def test_what_the_session_s_fixtures_leave_badly_is_a_failure(tmp_path: Path) -> None:
+    fixture = "@pytest.fixture(scope='session')\ndef bad():\n    yield\n    raise OSError('no disk')\n"
+    test = "def test_well(bad): pass\n"
+    status, said = told(written(tmp_path, conftest=fixture, test_a=test, test_b=test))
+    assert status == 1, said
+    assert "2 passed" in said and "exit status" in said and "no disk" in said
+
+
 def test_the_first_failure_may_end_it(tmp_path: Path) -> None:
     slow = "@pytest.mark.parametrize('n', range(9))\ndef test_slow(n): time.sleep(0.5)\n"
     status, said = told(written(tmp_path, test_a="def test_no(): assert False\n", test_b=slow), "-x")
