@@ -168,8 +168,7 @@ def test_a_controller_that_came_with_the_folder_runs_only_when_the_user_says_so(
     out, strategy, mark = tmp_path / "run", tmp_path / "mine.pl", tmp_path / "mark"
     source = (ROOT / "domain" / "controllers" / "simple.pl").read_text()
     strategy.write_text(source)
-    options = ("--scenario", small(), *NEVER, "2")
-    done = served("--controller", strategy, *options, "--out", out, "--quiet")
+    done = served("--controller", strategy, "--scenario", small(), *NEVER, "2", "--out", out, "--quiet")
     assert done.returncode == 3, done.stderr
     (out / "result.json").unlink()
     strategy.write_text(f"{source}\n:- shell('touch {mark}').\n")
@@ -270,8 +269,7 @@ LAMP = '[[lights]]\nname = "{}"\nposition = [{}, 0.0, 0.0]\n'
 
 def test_images_under_other_lights_are_refused(tmp_path: Path) -> None:
     left, right = LAMP.format("left", -0.35), LAMP.format("right", 0.35)
-    camera = tomli_w.dumps({"camera": SIZE})
-    lamps, out = tmp_path / "lamps.toml", tmp_path / "run"
+    camera, lamps, out = tomli_w.dumps({"camera": SIZE}), tmp_path / "lamps.toml", tmp_path / "run"
     with TemporaryDirectory(prefix="s") as folder:
         lamps.write_text(camera + left + right)
         with scene(Path(folder), "cube", 9, "--scenario", lamps) as endpoint:
