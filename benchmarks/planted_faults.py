@@ -72,7 +72,7 @@ def scene_device(scene: str, seed: int, sun: float | None = None, times: float =
     return Replay(stack_with(stack, times * strength, times), seed), stack.table.ambient_scale
 
 
-opened = lru_cache(8)(scene_device)
+opened = lru_cache(16)(scene_device)
 """The same, one for each scene: its images are those of the number that it is brought to."""
 
 

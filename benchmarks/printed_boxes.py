@@ -92,9 +92,10 @@ def taken(box: Box, poses: Sequence[Pose], camera: Camera, lamp: Floats, behind:
     low = np.maximum(np.floor(seen.min(axis=0)) - 2, 0).astype(np.int64)
     high = np.minimum(np.ceil(seen.max(axis=0)) + 3, [camera.width, camera.height]).astype(np.int64)
     out = behind.copy()
-    turns = np.array([pose.matrix for pose in poses])
+    back = np.array([pose.matrix.T for pose in poses])
+    eye, lit = -np.einsum("kij,kj->ki", back, centres), back @ lamp
     lens = np.array([camera.fx, camera.fy, camera.cx, camera.cy])
-    _traced(box, turns, centres, lens, lamp, np.r_[low, high], out)
+    _traced(box, back, centres, eye, lit, lens, np.r_[low, high], out)
     return out
 
 
@@ -121,7 +122,7 @@ def _shade(box: Box, p: Floats, toward: Floats, lamp: Floats) -> float:
             face = k
         normal[k] = max(q, 0.0) * (1.0 if p[k] > 0.0 else -1.0)
         length += normal[k] ** 2
-    normal /= math.sqrt(length)
+    length = math.sqrt(length)
     u, v = (face + 1) % 3, (face + 2) % 3
     size = prints.shape[1] - 1
     x, y = 0.5 * (p[u] / half[u] + 1.0) * size, 0.5 * (p[v] / half[v] + 1.0) * size
@@ -130,21 +131,27 @@ def _shade(box: Box, p: Floats, toward: Floats, lamp: Floats) -> float:
     side = prints[2 * face + (1 if p[face] > 0.0 else 0)]
     albedo = (1 - b) * ((1 - a) * side[row, column] + a * side[row, column + 1])
     albedo += b * ((1 - a) * side[row + 1, column] + a * side[row + 1, column + 1])
-    facing = np.dot(normal, lamp)
-    mirrored = np.dot(lamp - 2.0 * facing * normal, toward)
+    facing, along, ahead = 0.0, 0.0, 0.0
+    for k in range(3):
+        facing += normal[k] / length * lamp[k]
+        along += normal[k] / length * toward[k]
+        ahead += lamp[k] * toward[k]
+    mirrored = ahead - 2.0 * facing * along
     return float(albedo * (AMBIENT + LIT * max(0.0, facing)) + GLOSS * max(0.0, mirrored) ** SHARPNESS)
 
 
 @kernel()
 def _traced(
-    box: Box, turns: Floats, centres: Floats, lens: Floats, lamp: Floats, part: Ints, out: Floats
+    box: Box, back: Floats, centres: Floats, eye: Floats, lit: Floats, lens: Floats, part: Ints, out: Floats
 ) -> None:
-    """Draw the box over ``out``; FINER^2 rays a pixel take the poses in turn."""
-    reach, count = np.sqrt(np.sum(box.half**2)), len(turns)
-    back, eye, lit = np.empty((count, 3, 3)), np.empty((count, 3)), np.empty((count, 3))
-    for k in range(count):
-        back[k] = turns[k].T
-        eye[k], lit[k] = back[k] @ -centres[k], back[k] @ lamp
+    """Draw the box over ``out``; FINER^2 rays a pixel take the poses in turn.
+
+    Each pose as ``back`` into the box's frame, with eye and lamp there, and the box's centre in the camera's.
+    No expression of whole arrays: each takes a second to compile.
+    """
+    half = box.half
+    reach = math.sqrt(half[0] ** 2 + half[1] ** 2 + half[2] ** 2)
+    count = len(back)
     toward, along, place = np.empty(3), np.empty(3), np.empty(3)
     for row in range(part[1], part[3]):
         for column in range(part[0], part[2]):
@@ -154,9 +161,10 @@ def _traced(
                 x = column + (ray % FINER + 0.5) / FINER - 0.5
                 y = row + (ray // FINER + 0.5) / FINER - 0.5
                 toward[0], toward[1], toward[2] = (x - lens[2]) / lens[0], (y - lens[3]) / lens[1], 1.0
-                toward /= math.sqrt(toward[0] ** 2 + toward[1] ** 2 + 1.0)
+                length = math.sqrt(toward[0] ** 2 + toward[1] ** 2 + 1.0)
                 far, away = 0.0, 0.0
                 for i in range(3):
+                    toward[i] /= length
                     far += toward[i] * centres[k, i]
                     away += centres[k, i] ** 2
                 light = out[row, column]

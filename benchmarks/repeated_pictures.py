@@ -65,7 +65,7 @@ def compared(scene: str, rng: np.random.Generator, count: Counter[tuple[str, str
         device.come_to(1)
         before = np.asarray(device.capture(settings).pixels, np.uint8)
         for share in FLICKERS:
-            now = scene_device(scene, 1, times=1.0 + share * (-1) ** number)[0]
+            now = opened(scene, 1, times=1.0 + share * (-1) ** number)[0]
             now.come_to(2)
             after = np.asarray(now.capture(settings).pixels, np.uint8)
             count_said(count, flicker(share), difference(before, after, region))

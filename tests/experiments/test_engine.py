@@ -26,6 +26,7 @@ from experiments.version import code_version
 from experiments.worker import Worker
 from tests.commands import command
 from tests.experiments.experiment import EMPTY, ROOT, computed, plan_file, rows, run, run_here, started
+from tests.session.scenes import small
 from tests.session.serving import served
 from tests.stack.stack_folders import frames_stack
 
@@ -155,14 +156,15 @@ def session(out: Path, strategy: str, seed: str, most_images: str, *source: str)
 
 @pytest.mark.slow
 def test_rows_are_those_of_single_sessions(tmp_path: Path) -> None:
+    eclipse = str(small("eclipse"))
     plan = plan_file(
         tmp_path,
-        'controllers = ["heuristic", "simple"]\ntargets = ["cube"]\nscenarios = ["eclipse"]\nseeds = "3"\n'
+        f'controllers = ["heuristic", "simple"]\ntargets = ["cube"]\nscenarios = ["{eclipse}"]\nseeds = "3"\n'
         "max_iterations = 3\n",
     )
     for row in rows(computed(plan, tmp_path / "out")):
         folder = tmp_path / row["controller"]
-        single = session(folder, row["controller"], "3", "3", "--target", "cube", "--scenario", "eclipse")
+        single = session(folder, row["controller"], "3", "3", "--target", "cube", "--scenario", eclipse)
         assert row["status"] == single["status"]
         assert row["images"] == single["iterations"]
         assert row["kept"] == len(single["kept"])
@@ -198,6 +200,7 @@ def test_workers_leave_nothing_behind(tmp_path: Path, monkeypatch: pytest.Monkey
         monkeypatch.setenv("TMPDIR", scratch)  # of workers, ...
         monkeypatch.setattr(tempfile, "tempdir", scratch)  # ... and of this process
         text = 'controllers = ["simple"]\ntargets = ["cube"]\nmax_iterations = 1\n'
+        text += f'scenarios = ["{small()}"]\n'
         done = run_here(plan_file(tmp_path, text), tmp_path / "out", "--workers", "1")
         assert done.returncode == 0, done.stderr
         assert list(Path(scratch).iterdir()) == []

@@ -194,7 +194,8 @@ def test_a_row_tells_how_to_run_its_cell_again(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_reports_of_the_cells_that_decide_are_made_and_linked(tmp_path: Path) -> None:
     text = (
-        'controllers = ["auto_exposed", "fixed"]\ntargets = ["cube"]\nscenarios = ["eclipse"]\nseeds = "1"\n'
+        'controllers = ["auto_exposed", "fixed"]\ntargets = ["cube"]\nseeds = "1"\n'
+        f"{small(tmp_path, 'eclipse')}"
         'max_iterations = 2\n[[conditions]]\nname = "dark"\nambient_scale = 0.0\nlight_power = 0.003\n'
     )
     out = table_of(tmp_path, text)

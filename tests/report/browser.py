@@ -35,8 +35,8 @@ class _Chromium:
         self._from, back = os.pipe()
         self._process = subprocess.Popen(
             ["bash", "-c", f'exec "$0" "$@" 3<&{there} 4>&{back}', program, "--headless",
-             "--no-sandbox", "--disable-gpu", "--remote-debugging-pipe",
-             f"--user-data-dir={self._folder.name}", "about:blank"],
+             "--no-sandbox", "--disable-gpu", "--in-process-gpu", "--disable-extensions",
+             "--no-startup-window", "--remote-debugging-pipe", f"--user-data-dir={self._folder.name}"],
             pass_fds=(there, back), stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
         )  # fmt: skip
         os.close(there)

@@ -9,6 +9,7 @@ import pytest
 
 from geometry.model import load_model
 from tests.report.run_folders import CUBE, Bench, RunMaker, result_record, step_record
+from tests.session.scenes import small
 from tests.session.serving import served
 
 
@@ -17,7 +18,7 @@ def three_images(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run folder of a session of three images, which is not to be written to."""
     folder = tmp_path_factory.mktemp("sessions") / "run"
     never = ("--threshold", "0.000001", "--max-iterations", "3", "--no-report")
-    done = served("--out", folder, "--seed", "5", *never)
+    done = served("--out", folder, "--scenario", small(), "--seed", "5", *never)
     assert done.returncode == 3, done.stderr
     return folder
 

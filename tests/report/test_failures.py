@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from collections.abc import Iterator
 from html import unescape
 from pathlib import Path
 
@@ -11,8 +12,9 @@ import pytest
 from report.following import Follower
 from report.fragments import fragments
 from report.page import write_report
-from tests.report.browser import Browser
+from tests.report.browser import Browser, chromium
 from tests.report.viewers import view_of
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
@@ -23,21 +25,32 @@ def dark(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run folder of a session that took one black image."""
     out = tmp_path_factory.mktemp("dark") / "run"
     lights_off = "i1: left 0, 1/240 s, f/5.6"
-    done = served(
-        "--out", out, "--scenario", "eclipse", "--max-iterations", "1", "--instead", lights_off, "--quiet"
-    )
+    one = ("--max-iterations", "1", "--instead", lights_off, "--quiet")
+    done = served("--out", out, "--scenario", small("eclipse"), *one)
     assert done.returncode == 3, done.stderr
     assert "no pose" in done.stdout
     return out
 
 
-@pytest.fixture
-def cut(dark: Path, tmp_path: Path) -> Path:
-    """The same without its result, as a session leaves it that was killed."""
-    folder = tmp_path / "cut"
+def without_result(dark: Path, folder: Path) -> Path:
+    """The same as a session leaves it that was killed."""
     shutil.copytree(dark, folder)
     (folder / "result.json").unlink()
     return folder
+
+
+@pytest.fixture
+def cut(dark: Path, tmp_path: Path) -> Path:
+    """One that may be written to."""
+    return without_result(dark, tmp_path / "cut")
+
+
+@pytest.fixture(scope="module")
+def views(dark: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[dict[str, str]]:
+    """Addresses of both, by the tone in which their state is told."""
+    chromium()
+    with view_of(dark) as bad, view_of(without_result(dark, tmp_path_factory.mktemp("cut") / "run")) as warn:
+        yield {"bad": bad, "warn": warn}
 
 
 def page(folder: Path) -> dict[str, str]:
@@ -98,19 +111,18 @@ def test_a_journal_that_was_cut_in_the_middle_of_a_line_is_told_up_to_there(cut:
 
 
 @pytest.mark.parametrize(("width", "dark_there"), [(1200, False), (390, False), (390, True)])
-def test_nothing_is_cut_off(dark: Path, cut: Path, width: int, dark_there: bool) -> None:
+def test_nothing_is_cut_off(dark: Path, views: dict[str, str], width: int, dark_there: bool) -> None:
     fits = "document.documentElement.scrollWidth <= window.innerWidth"
     with Browser(width, 900, dark_there) as browser:
         browser.open((dark / "report.html").as_uri())
         assert browser.value(fits)
         assert browser.value('getComputedStyle(document.body).getPropertyValue("--tone")') == "#ff7a70"
-        for folder, tone in ((dark, "bad"), (cut, "warn")):
-            with view_of(folder) as address:
-                browser.open(address)
-                browser.until('document.querySelector("#status .badge") != null')
-                assert browser.value(fits)
-                assert browser.value(f'document.querySelector("#status .badge.{tone}") != null')
-                browser.open("about:blank#left")  # a view ends sooner when nobody looks
+        for tone, address in views.items():
+            browser.open(address)
+            browser.until('document.querySelector("#status .badge") != null')
+            assert browser.value(fits)
+            assert browser.value(f'document.querySelector("#status .badge.{tone}") != null')
+            browser.open("about:blank#left")  # a view ends sooner when nobody looks
 
 
 def test_the_report_holds_the_journal(dark: Path) -> None:

@@ -1,6 +1,7 @@
 """The report of a real session as a browser shows it: wide, on a phone, in the dark."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -22,7 +23,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Run folder of a short session."""
     chromium()
     out = tmp_path_factory.mktemp("session") / "run"
-    done = served("--out", out, "--threshold", "0.000001", "--max-iterations", "3", "--seed", "2", "--quiet")
+    never = ("--threshold", "0.000001", "--max-iterations", "3", "--quiet")
+    done = served("--out", out, "--scenario", small(), "--seed", "2", *never)
     assert done.returncode == 3, done.stderr
     return out
 
@@ -56,21 +58,29 @@ def approach(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
+@pytest.fixture(scope="module")
+def approach_view(approach: Path) -> Iterator[str]:
+    """Address of its live page."""
+    with view_of(approach) as address:
+        yield address
+
+
 @pytest.mark.parametrize(("width", "dark"), [(1200, False), (390, True)])
-def test_an_approach_is_a_strip_in_the_report_and_live(approach: Path, width: int, dark: bool) -> None:
+def test_an_approach_is_a_strip_in_the_report_and_live(
+    approach: Path, approach_view: str, width: int, dark: bool
+) -> None:
     held = len(json.loads((approach / "result.json").read_text())["planned_holds_m"])
     with Browser(width, 900, dark) as page:
         page.open((approach / "report.html").as_uri())
         assert page.value(FITS)
         assert page.value('document.querySelectorAll(".strip > li").length') == held > 1
-        with view_of(approach) as address:
-            page.open(address)
-            page.until('document.querySelector("#approach .strip") != null')
-            assert page.value('document.querySelectorAll("#approach .strip > li").length') == held
-            assert page.value('document.querySelectorAll("#approach .supported").length') >= 1
-            assert page.value('document.querySelectorAll("#choice .scroll").length') == 2
-            assert page.value(FITS) and page.value(TABLES_FIT)
-            page.open("about:blank#left")
+        page.open(approach_view)
+        page.until('document.querySelector("#approach .strip") != null')
+        assert page.value('document.querySelectorAll("#approach .strip > li").length') == held
+        assert page.value('document.querySelectorAll("#approach .supported").length') >= 1
+        assert page.value('document.querySelectorAll("#choice .scroll").length') == 2
+        assert page.value(FITS) and page.value(TABLES_FIT)
+        page.open("about:blank#left")
 
 
 def test_each_image_has_its_edges_and_its_reasons(run: Path) -> None:

@@ -19,10 +19,10 @@ CASES: dict[str, tuple[str, ...]] = {
     "drifting": ("--scenario", "drifting", *NEVER, "5"),
     "turning-sun": ("--scenario", "turning-sun", *NEVER, "4"),
     "approach": ("--approach", "--first-range", "0.5", "--contact-range", "0.4"),
-    "stack": ("--stack", "STACK", *NEVER, "5"),
+    "stack": ("--stack", "STACK", *NEVER, "3"),
     "first-sight": ("--first-sight", "--target", "fixture", *NEVER, "2"),
-    "informed": ("--controller", "informed", "--scenario", "harsh", *NEVER, "7"),
-    "viewed": ("--view", *NEVER, "3"),
+    "informed": ("--controller", "informed", "--scenario", "harsh", *NEVER, "4"),
+    "viewed": ("--view", *NEVER, "2"),
 }
 
 

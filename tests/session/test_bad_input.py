@@ -147,7 +147,7 @@ def test_an_option_is_refused_in_few_lines() -> None:
 
 
 def test_a_hold_point_inside_the_target_is_refused_before_anything_is_done() -> None:
-    message = refused("--approach", "--target", "cube", "--contact-range", "0.1", "--dry-run")
+    message = refused("--approach", "--target", "cube", "--contact-range", "0.1", "--dry-run", by=served)
     assert "--contact-range" in message
     assert "cannot come to 0.1 m" in message
 

@@ -12,14 +12,14 @@ from tests.session.serving import served
 def test_controller_with_a_syntax_error(tmp_path: Path) -> None:
     file = tmp_path / "mine.pl"
     file.write_text("proc(control,\n  [choose_random take_image]).\n")
-    message = refused("--controller", file, "--out", tmp_path / "run")
+    message = refused("--controller", file, "--out", tmp_path / "run", by=served)
     assert "mine.pl:2" in message
 
 
 def test_controller_with_an_unknown_action(tmp_path: Path) -> None:
     file = tmp_path / "mine.pl"
     file.write_text("proc(control, [choose_random, take_picture]).\n")
-    message = refused("--controller", file, "--out", tmp_path / "run")
+    message = refused("--controller", file, "--out", tmp_path / "run", by=served)
     assert "take_picture" in message
     assert "mine.pl:1" in message
 
@@ -27,7 +27,7 @@ def test_controller_with_an_unknown_action(tmp_path: Path) -> None:
 def test_controller_without_control(tmp_path: Path) -> None:
     file = tmp_path / "mine.pl"
     file.write_text("proc(other, []).\n")
-    message = refused("--controller", file, "--out", tmp_path / "run")
+    message = refused("--controller", file, "--out", tmp_path / "run", by=served)
     assert "control" in message
     assert not (tmp_path / "run").exists()
 

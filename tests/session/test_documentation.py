@@ -13,6 +13,7 @@ import pytest
 
 from tests.commands import Done, command, module, process
 from tests.session.command import ROOT, controller
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
@@ -43,6 +44,8 @@ def test_sessions_of_the_readme(line: str, tmp_path: Path) -> None:
     if options == ["--help"]:
         assert "--controller" in session_help()
         return
+    if "--approach" in options:  # in seven hold points as any other session in one
+        options += ["--scenario", str(small("approach"))]
     done = served(*options, "--out", tmp_path / "run", cwd=ROOT)
     assert done.returncode in ((0, 3) if "--approach" in options else (0,)), done.stderr
     assert (tmp_path / "run" / "report.html").stat().st_size > 10_000

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from tests.session.command import DEADLINE_S, controller, gone, start_controller
+from tests.session.command import DEADLINE_S, captured, controller, gone, start_controller
 from tests.session.scenes import small
 from tests.session.serving import kept, kept_servers
 
@@ -40,16 +40,23 @@ def session(
     return {key: value for key, value in result.items() if key not in ("seconds", "command")}
 
 
+def asked(idle_s: float = IDLE_S, target: str = "cube") -> None:
+    """Ask the servers of a session what they offer, and take no image: they are started, or found."""
+    keeping = ("--keep-servers", "--idle-s", str(idle_s))
+    done = controller("--dry-run", "--scenario", small(), "--target", target, *keeping)
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_session_on_kept_servers_finds_what_one_on_its_own_finds(runtime: Path, tmp_path: Path) -> None:
     three = ("--max-iterations", "3", "--seed", "4")
     alone = session(tmp_path / "alone", *three, scenario="drifting", keep=False)
     assert not kept(runtime)
-    session(tmp_path / "first", "--max-iterations", "2", "--seed", "9", scenario="drifting")
+    session(tmp_path / "first", "--max-iterations", "1", "--seed", "9", scenario="drifting")
     running = kept(runtime)
     assert sorted(name.split("-")[0] for name in running) == ["image_server", "vision_server"]
     assert session(tmp_path / "second", *three, scenario="drifting") == alone
     assert kept(runtime) == running
-    session(tmp_path / "third", "--target", "satellite", "--max-iterations", "1")
+    asked(target="satellite")
     assert len(kept(runtime)) == 3 and running.items() <= kept(runtime).items(), (
         "only the image server differs"
     )
@@ -67,12 +74,12 @@ def test_two_sessions_do_not_share_servers_and_one_that_is_killed_frees_its_own(
         while len(first := kept(runtime)) < 2:
             assert endless.poll() is None, endless.communicate()
             time.sleep(0.05)
-        session(tmp_path / "beside", "--max-iterations", "1")
+        asked()
         assert len(kept(runtime)) == 4 and first.items() <= kept(runtime).items()
     finally:
         endless.kill()
         endless.communicate()
-    session(tmp_path / "after", "--max-iterations", "1")
+    asked()
     assert len(kept(runtime)) == 4
 
 
@@ -80,31 +87,28 @@ def test_servers_that_nobody_asks_end(runtime: Path, tmp_path: Path) -> None:
     session(tmp_path / "one", "--max-iterations", "1", idle_s=5)
     running = kept(runtime)
     assert running and gone(running)
-    session(tmp_path / "two", "--max-iterations", "1", idle_s=5)
+    asked(idle_s=5)
     assert kept(runtime) and not set(kept(runtime).values()) & set(running.values())
 
 
-@pytest.mark.parametrize("victim", ["image_server", "vision_server"])
-def test_a_kept_server_that_is_killed_comes_back(runtime: Path, tmp_path: Path, victim: str) -> None:
-    session(tmp_path / "one", "--max-iterations", "1")
+def test_a_kept_server_that_is_killed_comes_back(runtime: Path, tmp_path: Path) -> None:
+    asked()
     endless = start_controller(
         "--out", tmp_path / "endless", "--scenario", small(), "--controller", "greedy",
         "--threshold", "0.000001", "--max-iterations", "1000", "--no-report",
         "--keep-servers",
     )  # fmt: skip
-    journal = tmp_path / "endless" / "history.pl"
-    while not (journal.exists() and "capture" in journal.read_text()):
-        assert endless.poll() is None, endless.communicate()
-        time.sleep(0.05)
-    (pid,) = (pid for name, pid in kept(runtime).items() if name.startswith(victim))
-    os.kill(pid, signal.SIGKILL)
-    taken = journal.read_text().count("capture(")
-    while journal.read_text().count("capture(") < taken + 3:
-        assert endless.poll() is None, endless.communicate()
-        time.sleep(0.05)
+    found, taken = kept(runtime), 0
+    assert len(found) == 2
+    for pid in found.values():
+        captured(endless, tmp_path / "endless", f"i{taken + 1}")
+        os.kill(pid, signal.SIGKILL)
+        taken = (tmp_path / "endless" / "history.pl").read_text().count("capture(") + 2
+    captured(endless, tmp_path / "endless", f"i{taken + 1}")
     endless.terminate()
     _, messages = endless.communicate(timeout=DEADLINE_S)
-    assert f"the {victim.replace('_', ' ')} is gone: it is brought back" in messages
+    for victim in ("image server", "vision server"):
+        assert f"the {victim} is gone: it is brought back" in messages
     assert len(kept(runtime)) == 2
 
 

@@ -14,6 +14,7 @@ import tomli_w
 
 from stack.read import recorded_frames
 from tests.session.command import ROOT, cut, steps_of
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
@@ -25,7 +26,7 @@ SAID = "was taken under other settings than were asked for"
 def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What `record` makes of the simulator when it is told to record frames of each light."""
     out = tmp_path_factory.mktemp("recorded") / "stack"
-    words = ["record", str(out), "--kind", "frames", "--scenario", "nominal", "--settings", "each"]
+    words = ["record", str(out), "--kind", "frames", "--scenario", str(small()), "--settings", "each"]
     subprocess.run([sys.executable, "-m", "image_server", *words], cwd=ROOT, check=True, capture_output=True)
     return out
 

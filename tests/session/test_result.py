@@ -65,7 +65,8 @@ def test_a_session_on_the_simulator(tmp_path: Path) -> None:
 
 
 def test_an_approach(tmp_path: Path) -> None:
-    served("--approach", "--first-range", "0.8", "--contact-range", "0.65", "--out", tmp_path, "--no-report")
+    ranges = ("--first-range", "0.8", "--contact-range", "0.65")
+    served("--approach", *ranges, "--scenario", small("approach"), "--out", tmp_path, "--no-report")
     result = checked(tmp_path)
     assert [hold["status"] for hold in result["holds"]] == ["fixed", "reached"]
     assert result["planned_holds_m"] == [hold["range_m"] for hold in result["holds"]] == [0.8, 0.65]

@@ -82,21 +82,16 @@ def test_a_model_in_millimetres_gives_the_pose_in_metres(tmp_path: Path) -> None
         for line in lines
     ]
     (tmp_path / "part.cao").write_text("\n".join(scaled) + "\n")
-    options = ("--seed", "3", "--no-report", "--quiet", "--json", "--max-iterations", "3")
+    options = ("--seed", "3", "--scenario", small(), "--no-report", "--quiet", "--json")
     part = served("--target", tmp_path / "part.cao", "--unit", "mm", "--out", tmp_path / "run", *options)
     assert part.returncode == 0, part.stderr
     result = json.loads(part.stdout)
     assert 0.2 < result["pose"]["translation"][2] < 2.0
     assert result["error"]["translation_fraction_of_range"] < 0.01
     taken_for_metres = served(
-        "--target",
-        tmp_path / "part.cao",
-        "--max-iterations",
-        "1",
-        "--no-report",
-        "--out",
-        tmp_path / "metres",
-    )
+        "--target", tmp_path / "part.cao", "--scenario", small(), "--max-iterations", "1", "--no-report",
+        "--out", tmp_path / "metres",
+    )  # fmt: skip
     assert "model part: 346 m across" in taken_for_metres.stderr
     assert "can that be?" in taken_for_metres.stderr and "(--unit mm?)" in taken_for_metres.stderr
     assert "--unit" in taken_for_metres.stdout  # among what may help

@@ -2,12 +2,13 @@
 
 import json
 import signal
+import time
 from pathlib import Path
 
 import pytest
 
 from tests.commands import Done
-from tests.session.command import controller, gone, servers_of, start_controller
+from tests.session.command import gone, servers_of, start_controller
 from tests.session.scenes import small
 from tests.session.serving import served
 
@@ -107,12 +108,13 @@ def test_its_servers_end_with_it_and_its_folder_can_be_resumed(tmp_path: Path) -
     journal = tmp_path / "run" / "history.pl"
     while not journal.exists():
         assert started.poll() is None
+        time.sleep(0.02)
     servers = servers_of(started.pid)
     _, messages = started.communicate(timeout=60)
     assert started.returncode == 2, messages
     assert len(servers) == 2 and gone(servers, 10)
     (tmp_path / "there").touch()
-    done = controller("--resume", tmp_path / "run", "--no-report", "--quiet")
+    done = served("--resume", tmp_path / "run", "--no-report", "--quiet")
     assert done.returncode == 0, done.stderr
     assert "message" not in json.loads((tmp_path / "run" / "result.json").read_text())
 

@@ -162,7 +162,7 @@ def test_a_video_that_was_cut_off_is_said(folder: Path, tmp_path: Path) -> None:
     assert len(done.stderr.strip().splitlines()) == 1
     assert "cut.avi" in done.stderr
     (tmp_path / "none.mp4").write_bytes(content[:100])
-    done = process("vision_server", "track", *of(folder, str(tmp_path / "none.mp4"), *seed))
+    done = command("vision_server", "track", *of(folder, str(tmp_path / "none.mp4"), *seed))
     assert done.returncode == 2
     assert "is no video or camera that can be read" in done.stderr
 

@@ -9,6 +9,7 @@ import cv2
 import pytest
 
 from tests.commands import Done, command, process
+from tests.session.scenes import small
 from tests.session.serving import served
 
 pytestmark = pytest.mark.slow
@@ -23,7 +24,7 @@ def session(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """One of several images, of which some are discarded."""
     out = tmp_path_factory.mktemp("verify") / "run"
     done = served(
-        "--controller", "heuristic", "--target", "satellite", "--scenario", "harsh", "--seed", "2",
+        "--controller", "heuristic", "--target", "satellite", "--scenario", small("harsh"), "--seed", "2",
         "--threshold", "0.000001", "--max-iterations", "6", "--no-report", "--quiet", "--out", out,
     )  # fmt: skip
     assert done.returncode == 3, done.stderr
