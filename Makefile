@@ -5,8 +5,8 @@ export PYTHON
 # What is compiled stays, whatever the shell says: every start of Python would read its sources again.
 unexport PYTHONDONTWRITEBYTECODE
 VENV    = .venv/bin/python
-# So many files of tests at a time, in the order of folders, collected once (tests/side_by_side.py).
-PYTEST  = $(VENV) -m pytest -p tests.side_by_side --beside 3
+# A file goes to one worker, whose tests share what it prepares; in the order of folders, so that short files come last.
+PYTEST  = $(VENV) -m pytest --dist loadfile --no-loadscope-reorder
 # What a session loads.
 PROLOG  = $(shell find main.pl bridge domain indigolog session -name '*.pl' ! -path 'domain/testing/*' | \
             xargs grep -l '^:- module' | xargs grep -L '^:- initialization')
@@ -61,16 +61,16 @@ dock: setup
 # the Prolog tests and the checks, each of one process: their words come when the Python tests are done.
 test: setup
 	@echo "test: checks (ruff, mypy), Prolog (plunit) and Python (pytest, all), beside each other"
-	@setup/beside "make --no-print-directory check" "swipl -g main tests/run.pl" "$(PYTEST)"
+	@setup/beside "make --no-print-directory check" "swipl -g main tests/run.pl" "$(PYTEST) -n 3"
 
 test-quick: setup
 	@echo "test-quick: Prolog (plunit) and Python (pytest, without those marked slow), beside each other"
-	@setup/beside "TESTS=quick swipl -g main tests/run.pl" "$(PYTEST) -m 'not slow'"
+	@setup/beside "TESTS=quick swipl -g main tests/run.pl" "$(PYTEST) -n 3 -m 'not slow'"
 
 coverage: setup
 	@echo "coverage: Python tests, and which lines of the rooms they run (build/coverage)"
 	@mkdir -p build
-	$(VENV) -m pytest -n 2 --dist loadfile --cov --cov-report=term --cov-report=html:build/coverage
+	$(PYTEST) -n 2 --cov --cov-report=term --cov-report=html:build/coverage
 
 api: setup
 	@echo "api: pages from docstrings (pdoc) and from PlDoc, into build/api"
