@@ -36,10 +36,10 @@ from image_server.simulator.simulator import Simulator
 from numerics.arrays import Field, Flags, Floats, Grey
 from stack.exposure import relative_exposure
 from vision_server.channels.channel import channel_statistics
-from vision_server.edges.kinds import EdgeKinds, edge_kinds
-from vision_server.edges.kinds_table import kinds_picture
-from vision_server.edges.likelihoods import CREASE, FIXED, KINDS, NOISE, OUTLINE, SHADOW
 from vision_server.edges.suppression import edge_picture
+from vision_server.kinds.kinds import EdgeKinds, edge_kinds
+from vision_server.kinds.kinds_table import kinds_picture
+from vision_server.kinds.likelihoods import CREASE, FIXED, KINDS, NOISE, OUTLINE, SHADOW
 
 Places = tuple[slice, slice]
 

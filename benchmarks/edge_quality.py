@@ -25,9 +25,9 @@ from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.lighting import WEIGHT_EXPONENT
 from vision_server.channels.overexposure import overexposures
-from vision_server.edges.kinds import edge_kinds
-from vision_server.edges.likelihoods import FIXED
 from vision_server.edges.merging import merge_channels
+from vision_server.kinds.kinds import edge_kinds
+from vision_server.kinds.likelihoods import FIXED
 from vision_server.rivals import MERGE_RULES
 from vision_server.rivals.merge_rules import comparison_edges
 

@@ -14,10 +14,10 @@ from bridge.messages import Settings
 from image_server.simulator.simulator import Simulator
 from numerics.arrays import Grey
 from vision_server.channels.channel import channel_statistics
-from vision_server.edges.kinds import edge_kinds
-from vision_server.edges.likelihoods import FIXED
 from vision_server.edges.merging import ImageSetStatistics, merge_channels
 from vision_server.edges.suppression import edgel_thresholds, hysteresis
+from vision_server.kinds.kinds import edge_kinds
+from vision_server.kinds.likelihoods import FIXED
 from vision_server.segments.extraction import extract_segments
 
 ROUNDS = 25

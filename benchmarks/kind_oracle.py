@@ -5,7 +5,7 @@
 Three images of one light each: of the stacks of a folder, and of scenes that are drawn, textured targets
 before a wall or boxes with a pattern. Edges are left out of the segments that are matched, or of the edge
 points that refinement and trust look at, or of both: all that are of no visible line of the model at the true
-pose, which is more than any knowledge of kinds could tell; and those that `edges.kinds` takes for shadows and
+pose, which is more than any knowledge of kinds could tell; and those that `kinds.kinds` takes for shadows and
 highlights, or for prints as well. One JSON object a way: how many estimates are right, tight, right and
 trusted, and what was gained and lost, with a 95 % interval by resampling scenes.
 """
@@ -38,9 +38,9 @@ from image_server.simulator.simulator import Simulator
 from numerics.arrays import Flags, Floats
 from vision_server.channels.gradients import Normals
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
-from vision_server.edges.kinds import EdgeKinds, edge_kinds
-from vision_server.edges.likelihoods import HIGHLIGHT, PRINT, SHADOW
 from vision_server.image_set import ImageSet
+from vision_server.kinds.kinds import EdgeKinds, edge_kinds
+from vision_server.kinds.likelihoods import HIGHLIGHT, PRINT, SHADOW
 from vision_server.pipeline import PipelineSettings, pose_of_segments
 from vision_server.pose import line_scales, observation
 from vision_server.pose.edge_points import EdgePoints, search

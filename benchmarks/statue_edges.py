@@ -19,9 +19,9 @@ from benchmarks.statues import LOOKS, statue
 from numerics.arrays import Field, Flags, Grey
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.overexposure import overexposures
-from vision_server.edges.kinds import edge_kinds
-from vision_server.edges.likelihoods import FIXED, OUTLINE
 from vision_server.edges.merging import merge_channels
+from vision_server.kinds.kinds import edge_kinds
+from vision_server.kinds.likelihoods import FIXED, OUTLINE
 from vision_server.rivals import MERGE_RULES
 from vision_server.rivals.merge_rules import comparison_edges
 

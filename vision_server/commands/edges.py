@@ -17,7 +17,7 @@ from vision_server.rivals import MERGE_RULES
 
 if TYPE_CHECKING:
     from numerics.arrays import Field, Floats
-    from vision_server.edges.kinds import EdgeKinds
+    from vision_server.kinds.kinds import EdgeKinds
 
 
 METHODS = ("em", *MERGE_RULES)
@@ -62,11 +62,11 @@ def run(options: Namespace) -> None:
     from vision_server.channels.channel import channel_statistics
     from vision_server.channels.depth import Raw, is_deep, rounded
     from vision_server.channels.image_files import read_image_set
-    from vision_server.edges.kinds import UNKNOWN, different, edge_kinds
-    from vision_server.edges.likelihoods import FIXED, KINDS
     from vision_server.edges.merging import merge_channels
     from vision_server.edges.moved import moved_since, sure_edgels
     from vision_server.edges.suppression import edge_picture
+    from vision_server.kinds.kinds import UNKNOWN, different, edge_kinds
+    from vision_server.kinds.likelihoods import FIXED, KINDS
     from vision_server.rivals.merge_rules import comparison_edges
 
     pictures = read_image_set(options.images, Raw(options.bits, options.bayer), options.colour)
@@ -111,7 +111,7 @@ def write_kinds(kinds: EdgeKinds, options: Namespace) -> None:
     """The picture and the tables of kinds that are asked for."""
     import numpy as np
 
-    from vision_server.edges.kinds_table import kinds_picture, kinds_table
+    from vision_server.kinds.kinds_table import kinds_picture, kinds_table
 
     if options.kinds is not None:
         write_picture(options.kinds, kinds_picture(kinds))

@@ -57,8 +57,8 @@ def _beside() -> Iterator[None]:
 
 def warm_up() -> None:
     """Find the pose of a cube in every way there is, and its edges, their kinds, and what has moved."""
-    from vision_server.edges.kinds import edge_kinds
     from vision_server.edges.suppression import edge_picture
+    from vision_server.kinds.kinds import edge_kinds
     from vision_server.matching import Anywhere
     from vision_server.pipeline import PipelineSettings, estimate_pose
     from vision_server.tracking.tracker import Tracker
@@ -82,7 +82,7 @@ def warm_up() -> None:
 
 def refine() -> None:
     """Find the kinds of a cube's edges, and refine its pose."""
-    from vision_server.edges.kinds import edge_kinds
+    from vision_server.kinds.kinds import edge_kinds
     from vision_server.pose.observation import PoseProblem
     from vision_server.trust.likely import last_step
     from vision_server.trust.ranking import best_first

@@ -15,10 +15,10 @@ from tests.vision_server.edge_scenes import polygon_with_shadows, square_outline
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
 from vision_server.commands.edges import SELECTABLE_KINDS
-from vision_server.edges.kinds import edge_kinds
-from vision_server.edges.kinds_table import COLOURS
-from vision_server.edges.likelihoods import FIXED, KINDS, NOISE, SHADOW
 from vision_server.edges.merging import merge_channels
+from vision_server.kinds.kinds import edge_kinds
+from vision_server.kinds.kinds_table import COLOURS
+from vision_server.kinds.likelihoods import FIXED, KINDS, NOISE, SHADOW
 
 pytestmark = pytest.mark.slow
 

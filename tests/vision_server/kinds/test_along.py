@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vision_server.edges.along import REACH_PX, mean_along
 from vision_server.edges.edge_map import EdgeMap
+from vision_server.kinds.along import REACH_PX, mean_along
 
 
 def test_the_mean_is_over_the_edge_and_not_over_one_that_crosses() -> None:

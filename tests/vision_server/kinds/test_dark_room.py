@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vision_server.edges.background import Background
-from vision_server.edges.dark_room import lamps_in_the_dark
-from vision_server.edges.learnt_lights import learnt_lights
-from vision_server.edges.light_parts import known_lights
-from vision_server.edges.likelihoods import CREASE, PRINT, SHADOW, likelihoods
-from vision_server.edges.sides import Sides
+from vision_server.kinds.background import Background
+from vision_server.kinds.dark_room import lamps_in_the_dark
+from vision_server.kinds.learnt_lights import learnt_lights
+from vision_server.kinds.light_parts import known_lights
+from vision_server.kinds.likelihoods import CREASE, PRINT, SHADOW, likelihoods
+from vision_server.kinds.sides import Sides
 
 NOISE = 0.6
 MIXED = np.array([[1.0, 0.5, 0.0], [0.0, 1.0, 0.5], [0.5, 0.0, 1.0]])

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from numerics.arrays import Floats
-from vision_server.edges import each_light, scatter
-from vision_server.edges.blocked import FLAT_SD
-from vision_server.edges.densities import logarithms
-from vision_server.edges.sides import Sides
+from vision_server.kinds import each_light, scatter
+from vision_server.kinds.blocked import FLAT_SD
+from vision_server.kinds.densities import logarithms
+from vision_server.kinds.sides import Sides
 
 
 def some_sides(channels: int, count: int = 400) -> Sides:

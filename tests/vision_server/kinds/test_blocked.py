@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vision_server.edges.blocked import DEPTH_SD, one_blocked, shadow_of_one
-from vision_server.edges.densities import any_of, logarithms
-from vision_server.edges.sides import Sides
+from vision_server.kinds.blocked import DEPTH_SD, one_blocked, shadow_of_one
+from vision_server.kinds.densities import any_of, logarithms
+from vision_server.kinds.sides import Sides
 
 
 @pytest.mark.parametrize("channels", [2, 4, 12])

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vision_server.edges.learnt_lights import learnt_lights
-from vision_server.edges.light_parts import parts_of
-from vision_server.edges.sides import Sides
+from vision_server.kinds.learnt_lights import learnt_lights
+from vision_server.kinds.light_parts import parts_of
+from vision_server.kinds.sides import Sides
 
 LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.9, 0.3, 0.6]])
 NOISE = 1.0

@@ -24,9 +24,9 @@ from numerics.ranks import at_share
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.depth import Pixels, linear_image
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, noise_gain
-from vision_server.edges.background import BACKGROUND_SHARE
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.sides import DARK_GREY
+from vision_server.kinds.background import BACKGROUND_SHARE
+from vision_server.kinds.sides import DARK_GREY
 
 Places = NDArray[np.int32]
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vision_server.edges.background import Background
-from vision_server.edges.each_light import less_crease
-from vision_server.edges.light_parts import known_lights, parts_of
-from vision_server.edges.likelihoods import CREASE, FIXED, HIGHLIGHT, PRINT, SHADOW, likelihoods
-from vision_server.edges.sides import Sides
+from vision_server.kinds.background import Background
+from vision_server.kinds.each_light import less_crease
+from vision_server.kinds.light_parts import known_lights, parts_of
+from vision_server.kinds.likelihoods import CREASE, FIXED, HIGHLIGHT, PRINT, SHADOW, likelihoods
+from vision_server.kinds.sides import Sides
 
 LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.6, 0.6]])
 AHEAD = np.zeros(1, np.float32)

@@ -1,4 +1,4 @@
-"""Shadows by what each light gives to both sides of an edgel, where that is known (`edges.light_parts`).
+"""Shadows by what each light gives to both sides of an edgel, where that is known (`kinds.light_parts`).
 
 To an edge, one light by itself is one of three things:
 
@@ -28,8 +28,8 @@ import numpy as np
 from numerics.arrays import Field
 from numerics.kernels import kernel
 from numerics.logarithm import HALF, ONE, TWO, ZERO, exp_of, log_of, log_of_sum
-from vision_server.edges.densities import log_normal, of_a_mean, ratio_of
-from vision_server.edges.sides import Sides
+from vision_server.kinds.densities import log_normal, of_a_mean, ratio_of
+from vision_server.kinds.sides import Sides
 
 # As measured on simulated creases (`benchmarks.edge_kinds`), where the log-ratios of two lights do not depend
 # on each other.

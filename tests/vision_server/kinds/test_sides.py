@@ -7,7 +7,7 @@ import numpy as np
 
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.merging import merge_channels
-from vision_server.edges.sides import Sides, evenly_weighted, sides_of
+from vision_server.kinds.sides import Sides, evenly_weighted, sides_of
 
 
 def sharpness(profile: np.ndarray, seed: int = 0) -> np.ndarray:

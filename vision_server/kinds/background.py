@@ -1,7 +1,7 @@
 """The background of a set of images: how dark or how lit it is, and which edges adjoin it.
 
 Some shadows are as dark as a dark background. They are surrounded by what is lit; the background goes on to
-the border of the image, as does a table that is too dim for a wall (`edges.ground`). A lit one is a wall:
+the border of the image, as does a table that is too dim for a wall (`kinds.ground`). A lit one is a wall:
 most of the border has its grey in each light.
 """
 
@@ -19,8 +19,8 @@ from numerics.ranks import at_share
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.depth import is_deep
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.ground import CELL_PX, dark_or_even, free_cells, like_wall, sides_met
-from vision_server.edges.sides import Sides
+from vision_server.kinds.ground import CELL_PX, dark_or_even, free_cells, like_wall, sides_met
+from vision_server.kinds.sides import Sides
 
 # Chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 BACKGROUND_SHARE = 0.02  # of the image, in its best lights, that is darker than what counts as background
@@ -40,7 +40,7 @@ class Background(NamedTuple):
     dark
         Grey at reference exposure that only few pixels stay under in their best light.
     met
-        uint8 (N,), how many of an edgel's sides meet the ground (`edges.ground`); None: that is not known.
+        uint8 (N,), how many of an edgel's sides meet the ground (`kinds.ground`); None: that is not known.
     wall
         Its grey beside each in each light at reference exposure (C, N); None where it is dark or no wall.
     """

@@ -13,11 +13,11 @@ import numpy as np
 from numerics.arrays import Field, Flags, Ints
 from numerics.kernels import kernel
 from numerics.logarithm import HALF, ONE, TWO, ZERO, log_of, log_of_sum
-from vision_server.edges.blocked import FLAT_SD, KNOWN_DEPTH_SD
-from vision_server.edges.dark_room import LEAST_STEP, SURE, unsure_and_lit
-from vision_server.edges.densities import UNKNOWN_SD, log_normal, ratio_of
-from vision_server.edges.scatter import SURFACE_SD
-from vision_server.edges.sides import Sides
+from vision_server.kinds.blocked import FLAT_SD, KNOWN_DEPTH_SD
+from vision_server.kinds.dark_room import LEAST_STEP, SURE, unsure_and_lit
+from vision_server.kinds.densities import UNKNOWN_SD, log_normal, ratio_of
+from vision_server.kinds.scatter import SURFACE_SD
+from vision_server.kinds.sides import Sides
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds --alone 4`.
 BLOCKED = np.float32(0.1)  # share of the lamps that are blocked where one is

@@ -12,13 +12,14 @@ from numerics.arrays import Floats
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
 from vision_server.channels.depth import PER_GREY
-from vision_server.edges.background import Background, background_of
-from vision_server.edges.densities import sum_of_logs
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.kinds import edge_kinds, fit_kinds, less_sure_shadows
-from vision_server.edges.kinds_table import kinds_picture, kinds_table
-from vision_server.edges.light_parts import known_lights
-from vision_server.edges.likelihoods import (
+from vision_server.edges.merging import merge_channels
+from vision_server.kinds.background import Background, background_of
+from vision_server.kinds.densities import sum_of_logs
+from vision_server.kinds.kinds import edge_kinds, fit_kinds, less_sure_shadows
+from vision_server.kinds.kinds_table import kinds_picture, kinds_table
+from vision_server.kinds.light_parts import known_lights
+from vision_server.kinds.likelihoods import (
     CREASE,
     FIXED,
     HIGHLIGHT,
@@ -29,8 +30,7 @@ from vision_server.edges.likelihoods import (
     SHADOW,
     likelihoods,
 )
-from vision_server.edges.merging import merge_channels
-from vision_server.edges.sides import REACH_PX, Sides, furthest_reach, sides_of
+from vision_server.kinds.sides import REACH_PX, Sides, furthest_reach, sides_of
 
 # Intensities on both sides in four lights, of which the last is dim.
 LEFT = np.array([120.0, 90.0, 150.0, 60.0])
@@ -236,7 +236,7 @@ def test_edgels_are_judged_each_by_itself_however_many_there_are(monkeypatch: py
     for known in (None, known_lights(np.eye(4)[:, :3])):
         whole = likelihoods(some, Background(1.0), known)
         with monkeypatch.context() as patch:
-            patch.setattr("vision_server.edges.likelihoods.BLOCK", 4)
+            patch.setattr("vision_server.kinds.likelihoods.BLOCK", 4)
             np.testing.assert_allclose(likelihoods(some, Background(1.0), known), whole, rtol=1e-5, atol=1e-5)
 
 
@@ -255,9 +255,9 @@ def test_what_is_no_steeper_than_the_slope_between_its_sides_is_hardly_a_crease_
 def test_what_is_no_outline_is_told_less_surely_where_levels_are_unknown(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("vision_server.edges.kinds.learnt_lights", lambda sides, before_wall: None)
+    monkeypatch.setattr("vision_server.kinds.kinds.learnt_lights", lambda sides, before_wall: None)
     found = edge_kinds(channels())
-    monkeypatch.setattr("vision_server.edges.kinds.LESS_SURE", 1.0)
+    monkeypatch.setattr("vision_server.kinds.kinds.LESS_SURE", 1.0)
     surer = edge_kinds(channels())
     assert found.levels == surer.levels == "unknown"
     kinds = surer.probability.argmax(axis=0)

@@ -8,11 +8,11 @@ from numerics.arrays import Flags, Grey
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.fading import LEAST_STEP, steps_into_the_dark, with_fading
-from vision_server.edges.kinds import EdgeKinds, edge_kinds
-from vision_server.edges.likelihoods import NOISE, OUTLINE
 from vision_server.edges.merging import merge_channels
 from vision_server.edges.suppression import suppress_non_maxima
+from vision_server.kinds.fading import LEAST_STEP, steps_into_the_dark, with_fading
+from vision_server.kinds.kinds import EdgeKinds, edge_kinds
+from vision_server.kinds.likelihoods import NOISE, OUTLINE
 
 CONTOUR = 100.0  # column where the body ends
 

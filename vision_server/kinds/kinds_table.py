@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.arrays import Floats, Grey
-from vision_server.edges.kinds import EdgeKinds
-from vision_server.edges.likelihoods import HIGHLIGHT, KINDS, NOISE, SHADOW
 from vision_server.edges.suppression import edgel_thresholds, hysteresis
+from vision_server.kinds.kinds import EdgeKinds
+from vision_server.kinds.likelihoods import HIGHLIGHT, KINDS, NOISE, SHADOW
 
 COLOURS = ((255, 255, 255), (70, 220, 90), (60, 170, 255), (255, 90, 60), (255, 225, 60), (0, 0, 0))
 """Of each kind, RGB: outline white, crease green, print blue, shadow red, highlight yellow; noise: none."""

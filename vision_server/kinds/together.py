@@ -11,9 +11,9 @@ from numerics.arrays import Field, Floats
 from numerics.kernels import kernel
 from numerics.logarithm import ZERO
 from numerics.ranks import at_share
-from vision_server.edges.dark_room import SURE
-from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
-from vision_server.edges.sides import Sides
+from vision_server.kinds.dark_room import SURE
+from vision_server.kinds.light_parts import KnownLights, known_lights, parts_of
+from vision_server.kinds.sides import Sides
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds`.
 LEVEL_SD = 0.12  # of a level by one place: darker ones tell none

@@ -12,8 +12,8 @@ intensities on both sides of an edgel in each channel, at reference exposure, an
 - *noise*: r = 0.
 
 All of it up to noise, and to what surfaces do to r beside their edges. Where the lights' levels are known,
-exactly one of them is blocked at a shadow's end (`edges.each_light`, `edges.blocked`), on the side towards it
-(`edges.falling`). Neighbours on one edge are of one kind (`edges.along`). `edges.likelihoods` states the
+exactly one of them is blocked at a shadow's end (`kinds.each_light`, `kinds.blocked`), on the side towards it
+(`kinds.falling`). Neighbours on one edge are of one kind (`kinds.along`). `kinds.likelihoods` states the
 densities, `fit_kinds` is EM: how likely each edgel is of each kind, given how frequent the kinds are
 (E-step), and how frequent they are, given that (M-step). The orientations of the channels are mixed before
 (`edges.mixture`).
@@ -35,18 +35,18 @@ from numerics.kernels import kernel
 from numerics.logarithm import ONE, ZERO
 from vision_server.channels.channel import ChannelStatistics
 from vision_server.channels.depth import rounded
-from vision_server.edges.along import mean_along
-from vision_server.edges.background import Background, background_of
-from vision_server.edges.dark_room import lamps_in_the_dark
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.fading import with_fading
-from vision_server.edges.falling import Falling, learn_falling
-from vision_server.edges.ground import ONE as ONE_SIDE
-from vision_server.edges.learnt_lights import learnt_lights
-from vision_server.edges.light_parts import KnownLights, apparent_parts, known_lights, parts_of
-from vision_server.edges.likelihoods import FIXED, KINDS, NOISE, OUTLINE, SHADOW, likelihoods
 from vision_server.edges.merging import merge_channels
-from vision_server.edges.sides import DARK_GREY, Sides, evenly_weighted, sides_of
+from vision_server.kinds.along import mean_along
+from vision_server.kinds.background import Background, background_of
+from vision_server.kinds.dark_room import lamps_in_the_dark
+from vision_server.kinds.fading import with_fading
+from vision_server.kinds.falling import Falling, learn_falling
+from vision_server.kinds.ground import ONE as ONE_SIDE
+from vision_server.kinds.learnt_lights import learnt_lights
+from vision_server.kinds.light_parts import KnownLights, apparent_parts, known_lights, parts_of
+from vision_server.kinds.likelihoods import FIXED, KINDS, NOISE, OUTLINE, SHADOW, likelihoods
+from vision_server.kinds.sides import DARK_GREY, Sides, evenly_weighted, sides_of
 
 TOLD, LEARNT, UNKNOWN = "told", "learnt", "unknown"
 """Where the levels of the lights are from."""

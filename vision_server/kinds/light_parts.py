@@ -15,7 +15,7 @@ import numpy as np
 from numerics.arrays import Field, Flags, Floats
 from numerics.kernels import kernel
 from numerics.logarithm import ZERO
-from vision_server.edges.sides import Sides
+from vision_server.kinds.sides import Sides
 
 SAME = 1e-6  # rounding
 MOST_NOISE = 6.0  # of a part, in that of single channels: more lights that are hardly told apart

@@ -1,8 +1,8 @@
 """How likely each kind of edge is by what the channels show on both sides of an edgel: the densities.
 
-What each kind answers to lights is in `edges.kinds`; what is blocked where the lights are known in
-`edges.each_light`, to which side shadows fall then in `edges.falling`, and where there are fewer images than
-lights in `edges.blocked`.
+What each kind answers to lights is in `kinds.kinds`; what is blocked where the lights are known in
+`kinds.each_light`, to which side shadows fall then in `kinds.falling`, and where there are fewer images than
+lights in `kinds.blocked`.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ import numpy as np
 from numerics.arrays import Field, Flags, Grey, Reals
 from numerics.kernels import kernel
 from numerics.logarithm import ZERO, log_of_sum
-from vision_server.edges.alone import shadow_of_some
-from vision_server.edges.background import Background
-from vision_server.edges.blocked import DEPTH_SD, FLAT_SD, KNOWN_DEPTH_SD, shadow_of_one
-from vision_server.edges.densities import either, logarithms, normal, sum_of_logs
-from vision_server.edges.each_light import FACES_AWAY, TURNED_SD, LessCrease, less_crease
-from vision_server.edges.falling import Falling
-from vision_server.edges.ground import DARK_RATIO, NEITHER, ONE
-from vision_server.edges.light_parts import KnownLights, apparent_parts, parts_of
-from vision_server.edges.scatter import SURFACE_SD, scatter
-from vision_server.edges.sides import Sides
+from vision_server.kinds.alone import shadow_of_some
+from vision_server.kinds.background import Background
+from vision_server.kinds.blocked import DEPTH_SD, FLAT_SD, KNOWN_DEPTH_SD, shadow_of_one
+from vision_server.kinds.densities import either, logarithms, normal, sum_of_logs
+from vision_server.kinds.each_light import FACES_AWAY, TURNED_SD, LessCrease, less_crease
+from vision_server.kinds.falling import Falling
+from vision_server.kinds.ground import DARK_RATIO, NEITHER, ONE
+from vision_server.kinds.light_parts import KnownLights, apparent_parts, parts_of
+from vision_server.kinds.scatter import SURFACE_SD, scatter
+from vision_server.kinds.sides import Sides
 
 KINDS = ("outline", "crease", "print", "shadow", "highlight", "noise")
 OUTLINE, CREASE, PRINT, SHADOW, HIGHLIGHT, NOISE = range(len(KINDS))
@@ -231,7 +231,7 @@ def _beside_crease(found: Reals, less: LessCrease, told: Flags) -> None:
 def _turned(logs: Reals, noise: Reals) -> Reals:
     """Log-likelihood (N,) of a crease where most of the light in each image is of another lamp.
 
-    Log-ratios do not depend on each other then, as in `edges.each_light`.
+    Log-ratios do not depend on each other then, as in `kinds.each_light`.
     """
     ratio = logs[:, 0] - logs[:, 1]
     both = (1.0 - FACES_AWAY) * normal(ratio, noise + TURNED_SD**2)

@@ -19,7 +19,7 @@ import numpy as np
 from numerics.arrays import Field, Flags, Floats, Ints
 from numerics.kernels import kernel
 from numerics.logarithm import ONE, ZERO
-from vision_server.edges.sides import Sides
+from vision_server.kinds.sides import Sides
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds --levels`.
 DIRECTIONS = 72  # that a light may be in

@@ -6,13 +6,13 @@ import numpy as np
 
 from numerics.arrays import Flags, Grey
 from vision_server.channels.channel import channel_statistics
-from vision_server.edges.background import Background, background_of, brightest_cells
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.ground import BOTH, NEITHER, ONE
-from vision_server.edges.kinds import edge_kinds
-from vision_server.edges.likelihoods import CREASE, OUTLINE, RARER_ENCLOSED, SHADOW, likelihoods
 from vision_server.edges.merging import merge_channels
-from vision_server.edges.sides import sides_of
+from vision_server.kinds.background import Background, background_of, brightest_cells
+from vision_server.kinds.ground import BOTH, NEITHER, ONE
+from vision_server.kinds.kinds import edge_kinds
+from vision_server.kinds.likelihoods import CREASE, OUTLINE, RARER_ENCLOSED, SHADOW, likelihoods
+from vision_server.kinds.sides import sides_of
 
 
 def images(hole: int, around: int) -> list[Grey]:

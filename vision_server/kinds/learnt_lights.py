@@ -6,7 +6,7 @@ images in which it was off: they are a cluster. Where several lights change at o
 in all images in which one of them is on: such a cluster is left out. A light that is on in more than half of
 the images is not learnt, and steps that are clearly so are none of the others'. Lamps that are on alone in
 one image each are told without any shadow beside one of the sun or of all of them; in the dark, or beside
-the sun in all, by their shadows (`edges.dark_room`, `edges.alone`). In two or three images with the sun in
+the sun in all, by their shadows (`kinds.dark_room`, `kinds.alone`). In two or three images with the sun in
 all there may be a lamp for each that is on in several.
 """
 
@@ -21,11 +21,11 @@ import numpy as np
 from numerics.arrays import Field, Flags, Floats, Ints
 from numerics.kernels import kernel
 from numerics.logarithm import ONE, ZERO
-from vision_server.edges.alone import FEWEST, MOST_NOISE, ON_BY_ONE, lamps_are_alone
-from vision_server.edges.dark_room import LEAST_STEP, SURE, lamps_in_the_dark, unsure_and_lit
-from vision_server.edges.light_parts import KnownLights, known_lights, parts_of
-from vision_server.edges.sides import Sides
-from vision_server.edges.together import alone_and_together, are_lights
+from vision_server.kinds.alone import FEWEST, MOST_NOISE, ON_BY_ONE, lamps_are_alone
+from vision_server.kinds.dark_room import LEAST_STEP, SURE, lamps_in_the_dark, unsure_and_lit
+from vision_server.kinds.light_parts import KnownLights, known_lights, parts_of
+from vision_server.kinds.sides import Sides
+from vision_server.kinds.together import alone_and_together, are_lights
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds`.
 MOST_STEPS = 500  # that are compared with each other

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from numerics.arrays import Floats
-from vision_server.edges.each_light import less_crease
-from vision_server.edges.falling import DIRECTIONS, Falling, learn_falling
-from vision_server.edges.sides import Sides
+from vision_server.kinds.each_light import less_crease
+from vision_server.kinds.falling import DIRECTIONS, Falling, learn_falling
+from vision_server.kinds.sides import Sides
 
 LIT = np.array([60.0, 80.0, 50.0])
 TOWARDS_DEG = np.array([0.0, 120.0, 240.0])  # to each of three lights, as the image shows them

@@ -11,7 +11,7 @@ import numpy as np
 from numerics.arrays import Field, Reals
 from numerics.kernels import kernel
 from numerics.logarithm import HALF, ONE, ZERO, log_of
-from vision_server.edges.sides import Sides
+from vision_server.kinds.sides import Sides
 
 TAU = np.float32(2.0 * np.pi)
 UNKNOWN_SD = 10.0  # of a log-ratio, where a side is clipped

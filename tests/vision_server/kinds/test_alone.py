@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vision_server.edges.alone import lamps_are_alone, shadow_of_some
-from vision_server.edges.sides import Sides
+from vision_server.kinds.alone import lamps_are_alone, shadow_of_some
+from vision_server.kinds.sides import Sides
 
 NOISE, SUN = 1.0, 40.0
 LAMPS = 4

@@ -12,8 +12,8 @@ import numpy as np
 from numerics.arrays import Field, Flags, Floats
 from numerics.kernels import kernel
 from numerics.logarithm import TWO
-from vision_server.edges.light_parts import KnownLights, lights_of, parts_of
-from vision_server.edges.sides import Sides
+from vision_server.kinds.light_parts import KnownLights, lights_of, parts_of
+from vision_server.kinds.sides import Sides
 
 # Chosen by hand on renders: `python -m benchmarks.edge_kinds`.
 FLAT_SD = 0.03  # of two places 4 px apart on one flat surface, of the intensity

@@ -2,7 +2,7 @@
 
 What is missing there is in proportion to how far that one light was on in each channel, whatever the other
 lights are. This needs neither as many channels as lights nor any that is clipped beside the edge; where there
-are as many, `edges.each_light` says more.
+are as many, `kinds.each_light` says more.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import numpy as np
 from numerics.arrays import Field, Floats, Reals
 from numerics.kernels import kernel
 from numerics.logarithm import HALF, ONE, ZERO, log_of
-from vision_server.edges.densities import TAU, any_of, sum_of_logs
-from vision_server.edges.sides import Sides
+from vision_server.kinds.densities import TAU, any_of, sum_of_logs
+from vision_server.kinds.sides import Sides
 
 # Of log-ratios; chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 FLAT_SD = 0.02  # of two places 4 px apart on one flat surface, from light to light

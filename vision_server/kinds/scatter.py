@@ -14,9 +14,9 @@ import numpy as np
 from numerics.arrays import Field
 from numerics.kernels import kernel
 from numerics.logarithm import HALF, ONE, ZERO, log_of, log_of_sum
-from vision_server.edges.blocked import FLAT_SD
-from vision_server.edges.densities import UNKNOWN_SD, log_normal, of_a_mean, ratio_of
-from vision_server.edges.sides import Sides
+from vision_server.kinds.blocked import FLAT_SD
+from vision_server.kinds.densities import UNKNOWN_SD, log_normal, of_a_mean, ratio_of
+from vision_server.kinds.sides import Sides
 
 # Of log-ratios; chosen by hand on renders and photographs: `python -m benchmarks.edge_kinds`.
 SURFACE_SD = 0.2  # of two places 4 px apart on one surface, from light to light: it is curved

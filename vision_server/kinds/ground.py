@@ -19,7 +19,7 @@ from numerics.arrays import Field, Flags, Grey
 from numerics.kernels import kernel
 from numerics.logarithm import ZERO
 from vision_server.edges.edge_map import EdgeMap
-from vision_server.edges.sides import Sides, furthest_reach
+from vision_server.kinds.sides import Sides, furthest_reach
 
 # Chosen by hand on rendered statues (`python -m benchmarks.statue_edges`) and renders.
 CELL_PX = 2  # side of the squares of which it is asked whether they are of the ground
