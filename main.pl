@@ -7,7 +7,7 @@ The rest is loaded only when it is set up: it needs the compiled ZeroMQ module.
 */
 
 :- use_module(session/installation, [installation_complete/0, installation_root/1]).
-:- use_module(session/options, [session_options/2]).
+:- use_module(session/options/options, [session_options/2]).
 
 :- initialization(main, main).
 
@@ -49,6 +49,6 @@ load(Root, Path) :-
 %   As what is found later is said.
 give_up(Message) :-
     installation_root(Root),
-    load(Root, '/session/wrapping'),
+    load(Root, '/session/display/wrapping'),
     print_message(error, format("~s", [Message])),
     halt(2).

@@ -1,4 +1,4 @@
-"""A session's `result.json` as typed records, for those who read it; session/result.pl writes it.
+"""A session's `result.json` as typed records, for those who read it; session/folder/result.pl writes it.
 
 A reader also meets files of earlier versions, which have fewer keys, and of later ones, which have more: a
 key that is missing has a default, one that is not known is left alone, and one that is known must have the
@@ -19,7 +19,7 @@ from bridge.start_messages import Covariance as Rows
 from bridge.start_messages import NotNegative
 from bridge.vision_messages import ModelExcess, PoseTold
 
-FORMAT = 1  # its `version`, by session/result.pl
+FORMAT = 1  # its `version`, by session/folder/result.pl
 SOMETIMES = frozenset(
     {"advice", "asked", "error", "estimated_with", "free", "hold", "holds", "message", "model_wrong",
      "planned_holds_m", "poses"}

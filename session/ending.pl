@@ -8,17 +8,17 @@
     4 a device or server failed for good, 130 and 143 stopped by Ctrl-C and SIGTERM
 */
 
-:- use_module(acquisition_device, [close_acquisition/0, score_pose/3]).
-:- use_module(connections, [ask/4]).
-:- use_module(described, [recorded_frames/2]).
-:- use_module(display, [show/2, show_outcome/2]).
-:- use_module(ending_words, [plain_error/2, why_stopped/2]).
-:- use_module(json_terms, [fix_term/2]).
-:- use_module(outcome, [advised/4]).
-:- use_module(reporting, [tell_report/0, wait_for_report/2]).
-:- use_module(result).
-:- use_module(run_folder, [run_file/3]).
-:- use_module(session_file, [file_sha256/2]).
+:- use_module(device/acquisition_device, [close_acquisition/0, score_pose/3]).
+:- use_module(servers/connections, [ask/4]).
+:- use_module(servers/described, [recorded_frames/2]).
+:- use_module(display/display, [show/2, show_outcome/2]).
+:- use_module(display/ending_words, [plain_error/2, why_stopped/2]).
+:- use_module(folder/json_terms, [fix_term/2]).
+:- use_module(display/outcome, [advised/4]).
+:- use_module(display/reporting, [tell_report/0, wait_for_report/2]).
+:- use_module(folder/result).
+:- use_module(folder/run_folder, [run_file/3]).
+:- use_module(folder/session_file, [file_sha256/2]).
 :- use_module(times, [session_seconds/1]).
 :- use_module('../domain/reasoning/instead', [instead_image/2]).
 :- use_module('../indigolog/indigolog').

@@ -11,7 +11,7 @@
 While it waits there is a file `held` as well: before, it is still busy with the action in which it was told to.
 */
 
-:- use_module(run_folder, [run_file/3]).
+:- use_module(folder/run_folder, [run_file/3]).
 :- use_module(library(readutil), [read_file_to_string/3]).
 
 look_again_s(0.1).                      % chosen by hand

@@ -7,10 +7,10 @@ The servers take longer to start than everything else in a short session, so the
 are started first; the controller is loaded and checked meanwhile.
 */
 
-:- use_module(plan).
-:- autoload(resumption, [check_frames/1]).
-:- use_module(run_folder).
-:- use_module(servers).
+:- use_module(options/plan).
+:- autoload('folder/resumption', [check_frames/1]).
+:- use_module(folder/run_folder).
+:- use_module(servers/servers).
 :- use_module(library(option), [option/2]).
 
 %!  open_session(+Options, -Opened) is det.

@@ -7,26 +7,26 @@ Servers that this session starts are stopped however it ends: normally, by an
 error, by Ctrl-C or by SIGTERM.
 */
 
-:- use_module(acquisition_device, [close_acquisition/0, execute/2, open_acquisition/1]).
-:- use_module(connections, [ask/4]).
-:- use_module(described, [check_as_begun/4, described_model/2, draws/4, kept_description/2]).
-:- use_module(display, [show/2, show_address/0, tell/3]).
+:- use_module(device/acquisition_device, [close_acquisition/0, execute/2, open_acquisition/1]).
+:- use_module(servers/connections, [ask/4]).
+:- use_module(servers/described, [check_as_begun/4, described_model/2, draws/4, kept_description/2]).
+:- use_module(display/display, [show/2, show_address/0, tell/3]).
 :- use_module(ending, [end_session/3, exit_status/2]).
 :- use_module(holding, [forget_hold/1, wait_while_held/1]).
-:- use_module(plan, [within_reach/4]).
-:- use_module(reporting, [begin_report/2, drop_report/0]).
-:- use_module(resumption, [record_options/2]).
-:- use_module(result, [keep_output_for_result/0]).
-:- use_module(run_folder, [leave_run_folder/3, run_file/3]).
-:- use_module(servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
-:- use_module(live_table, [begin_table/2, end_table/0]).
-:- use_module(viewing, [start_view/2]).
-:- use_module(thinking, [apart_from_thought/1, note_thought/0, tell_thought/1, within_budget/4]).
+:- use_module(options/plan, [within_reach/4]).
+:- use_module(display/reporting, [begin_report/2, drop_report/0]).
+:- use_module(folder/resumption, [record_options/2]).
+:- use_module(folder/result, [keep_output_for_result/0]).
+:- use_module(folder/run_folder, [leave_run_folder/3, run_file/3]).
+:- use_module(servers/servers, [image_server_past/1, own_server/1, served_before/1, stop_servers/0]).
+:- use_module(display/live_table, [begin_table/2, end_table/0]).
+:- use_module(display/viewing, [start_view/2]).
+:- use_module(strategy/thinking, [apart_from_thought/1, note_thought/0, tell_thought/1, within_budget/4]).
 :- use_module(times, [forget_times/1, tell_times/3]).
-:- use_module(strategy_end, [ended_by/4]).
-:- use_module(named_actions, [check_chosen/1]).
-:- use_module(own_world, [check_own_sensing/1]).
-:- use_module(strategy_checks, [check_control/1, check_includes/1]).
+:- use_module(strategy/strategy_end, [ended_by/4]).
+:- use_module(strategy/named_actions, [check_chosen/1]).
+:- use_module(device/own_world, [check_own_sensing/1]).
+:- use_module(strategy/strategy_checks, [check_control/1, check_includes/1]).
 :- use_module(usage, [usage_error/2]).
 :- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/indigolog').

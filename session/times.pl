@@ -9,8 +9,8 @@ Its result tells it at the end.  While it runs and has a view, the file `seconds
 journal does not, so that the same session leaves the same journal.
 */
 
-:- use_module(connections, [seconds_spent/2]).
-:- use_module(run_folder, [replace_file/2, run_file/3]).
+:- use_module(servers/connections, [seconds_spent/2]).
+:- use_module(folder/run_folder, [replace_file/2, run_file/3]).
 :- use_module(library(apply), [foldl/4]).
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(option), [option/2]).

@@ -15,8 +15,8 @@ TOP = (
     "bridge", "domain", "experiments", "geometry", "image_server", "indigolog", "numerics", "report",
     "session", "stack", "vision_server",
 )  # fmt: skip
-USE = re.compile(r"""^:- (?:re_?export|use_module)\(\s*('[^']+'|[\w/.]+)""", re.MULTILINE)
-LIBRARY = re.compile(r"^:- (?:re_?export|use_module)\(library", re.MULTILINE)
+USE = re.compile(r"""^:- (?:re_?export|use_module|autoload)\(\s*('[^']+'|[\w/.]+)""", re.MULTILINE)
+LIBRARY = re.compile(r"^:- (?:re_?export|use_module|autoload)\(library", re.MULTILINE)
 LARGEST_PROLOG_CYCLE = 3
 
 

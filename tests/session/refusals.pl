@@ -6,9 +6,9 @@
 Prints a JSON list of messages; an empty one for what a session would be begun with.
 */
 
-:- use_module('../../session/options').
-:- use_module('../../session/plan').
-:- use_module('../../session/run_folder').
+:- use_module('../../session/options/options').
+:- use_module('../../session/options/plan').
+:- use_module('../../session/folder/run_folder').
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(http/json), [json_read/2, json_write_dict/2]).
 
