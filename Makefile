@@ -49,7 +49,7 @@ bridge/prolog/zmq4pl.so: $(wildcard bridge/prolog/*.c bridge/prolog/*.h) | syste
 
 # A session would wait for its sources to be read. A warning in one of them ends this.
 .venv/.prolog: .venv/.installed bridge/prolog/zmq4pl.so $(PROLOG)
-	@rm -f $(PROLOG:.pl=.qlf)
+	@rm -f main.qlf; find bridge domain indigolog session -name "*.qlf" -delete
 	@swipl --on-warning=status --on-error=status -t halt \
 	  -g "current_prolog_flag(argv, Files), forall(member(File, Files), qcompile(File))" -- $(PROLOG)
 	@touch $@

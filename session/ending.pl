@@ -13,7 +13,7 @@
 :- use_module(servers/described, [recorded_frames/2]).
 :- use_module(display/display, [show/2, show_outcome/2]).
 :- use_module(display/ending_words, [plain_error/2, why_stopped/2]).
-:- use_module(folder/json_terms, [fix_term/2]).
+:- use_module(json_terms, [fix_term/2]).
 :- use_module(display/outcome, [advised/4]).
 :- use_module(display/reporting, [tell_report/0, wait_for_report/2]).
 :- use_module(folder/result).

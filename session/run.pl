@@ -25,9 +25,9 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(times, [forget_times/1, tell_times/3]).
 :- use_module(strategy/strategy_end, [ended_by/4]).
 :- use_module(strategy/named_actions, [check_chosen/1]).
-:- use_module(device/own_world, [check_own_sensing/1]).
+:- use_module(strategy/own_sensing, [check_own_sensing/1]).
 :- use_module(strategy/strategy_checks, [check_control/1, check_includes/1]).
-:- use_module(usage, [usage_error/2]).
+:- use_module(usage_errors, [usage_error/2]).
 :- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/indigolog').
 :- autoload(library(filesex), [delete_directory_and_contents/1]).

@@ -27,9 +27,9 @@ results, events as exogenous actions.  Pixels stay on the other side.
 
 :- use_module('../servers/connections').
 :- use_module('../display/display', [show/2]).
-:- use_module('../folder/json_terms').
+:- use_module('../json_terms').
 :- use_module('../strategy/named_actions', [check_parameters/2, doing/1]).
-:- use_module('../strategy/offered', [check_instead/2]).
+:- use_module('../strategy/not_offered', [check_instead/2]).
 :- use_module('../servers/recovery').
 :- use_module('../servers/servers', [captures_taken/1, own_server/1]).
 :- use_module('../strategy/strategy_checks', [check_against_device/2]).

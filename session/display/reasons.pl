@@ -8,7 +8,7 @@ All of it follows from the situation after an action, so that it can be told of 
 journal, of one that has ended.
 */
 
-:- use_module('../folder/json_terms', [settings_dict/2]).
+:- use_module('../json_terms', [settings_dict/2]).
 :- use_module('../../domain/reasoning/candidates').
 :- use_module('../../domain/reasoning/image_set').
 :- use_module('../../domain/reasoning/merit').

@@ -5,7 +5,7 @@
           ]).
 /** <module> What is said of a server that died or did not answer */
 
-:- use_module('../usage', [refused_by_server/1]).
+:- use_module('../usage_errors', [refused_by_server/1]).
 
 :- multifile prolog:error_message//1.
 

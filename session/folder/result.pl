@@ -8,10 +8,11 @@
 
 The session's outcome as a dict, made from the fluents' values in its last situation.
 docs/result.md says what its keys mean, bridge/result_file.py what they hold; its JSON
-Schema is beside this file.
+Schema is session/result.schema.json.  session/ending.pl adds what only the end knows:
+poses, parameters, advice, a message.
 */
 
-:- use_module(json_terms).
+:- use_module('../json_terms').
 :- use_module(run_folder, [replace_file/2, run_file/3]).
 :- use_module('../../domain/reasoning/device').
 :- use_module('../../domain/reasoning/merit').

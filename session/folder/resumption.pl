@@ -19,7 +19,7 @@ restoration.pl and sent by recovery.pl, which also brings back a server that die
 :- use_module(run_folder, [replace_file/2, run_file/3]).
 :- use_module(session_file).
 :- use_module('../strategy/strategy_file', [strategy_sha256/2]).
-:- use_module('../usage', [dashes/2, usage_error/2]).
+:- use_module('../usage_errors', [dashes/2, usage_error/2]).
 :- use_module(library(apply), [exclude/3, maplist/3, partition/4]).
 :- use_module(library(http/json), [json_read_dict/2]).
 :- use_module(library(lists), [append/3, last/2, member/2, memberchk/2, select/3, selectchk/3]).

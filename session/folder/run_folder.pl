@@ -8,7 +8,7 @@
 /** <module> The folder that a session leaves behind */
 
 :- use_module(session_file, [check_unlocked/1, locked_session_file/2, session_begun/1]).
-:- use_module('../usage', [refused_by_server/1, usage_error/2]).
+:- use_module('../usage_errors', [refused_by_server/1, usage_error/2]).
 :- autoload(library(filesex), [delete_directory_and_contents/1]).
 :- use_module(library(lists), [member/2, memberchk/2, subtract/3]).
 :- use_module(library(option), [option/2]).

@@ -12,7 +12,7 @@ One option a line, between the version of the format and the SHA-256 of all line
 cut or changed is known.  It is read as data: nothing in it is called.
 */
 
-:- use_module('../usage', [usage_error/2]).
+:- use_module('../usage_errors', [usage_error/2]).
 :- autoload(library(apply), [maplist/2]).
 :- use_module(library(lists), [append/3, member/2]).
 :- autoload(library(sha), [hash_atom/2, sha_hash/3]).

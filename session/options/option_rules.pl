@@ -6,7 +6,7 @@
 /** <module> What options must not be, and which need or exclude each other */
 
 :- autoload('../../bridge/prolog/keys', [client_keys/4]).
-:- use_module('../usage', [dashes/2, usage_error/2]).
+:- use_module('../usage_errors', [dashes/2, usage_error/2]).
 :- use_module(library(lists), [member/2]).
 :- use_module(library(option), [option/2, option/3]).
 

@@ -9,7 +9,7 @@
 :- use_module(option_rules, [check_of_use/1, check_options/1]).
 :- autoload('../folder/resumption', [again_options/3, resumed_options/3]).
 :- use_module('../installation', [installation_names/3, installation_version/1, installed_command/0]).
-:- use_module('../usage', [dashes/2, did_you_mean/3, usage_error/2]).
+:- use_module('../usage_errors', [dashes/2, did_you_mean/3, usage_error/2]).
 :- autoload(library(apply), [foldl/4]).
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(library(main), [argv_options/4]).

@@ -11,7 +11,7 @@ that a wrong one is said at once; --instead is told to the theory.
 
 :- use_module('../installation', [installation_names/3, installation_root/1]).
 :- use_module(option_rules, [approach_ranges/3]).
-:- use_module('../usage', [did_you_mean/3, usage_error/2]).
+:- use_module('../usage_errors', [did_you_mean/3, usage_error/2]).
 :- use_module('../../domain/reasoning/instead', [instead_image/2, set_instead/1]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/3, last/2]).

@@ -11,7 +11,7 @@ Levels are sent without names, and images of another scene are not of the sessio
 others, what is recorded would not be what was done.  Description is the answer to `describe`.
 */
 
-:- use_module('../usage', [usage_error/2]).
+:- use_module('../usage_errors', [usage_error/2]).
 :- use_module('../folder/run_folder', [run_file/3]).
 :- use_module('../../bridge/prolog/json', [json_term/2, json_text/2]).
 :- use_module('../../indigolog/online/journal', [journal_entries/3]).

@@ -14,7 +14,8 @@
 
 The vision server gets its images from the run folder, and what it was told from the last situation, as when a session
 is resumed; an image server that draws is what it was by its seed and by what it has done so far.  Then the request
-is made again, and the session goes on as if nothing had been.
+is made again, and the session goes on as if nothing had been.  Events of the image server are handed over here, since
+one that was lost with a server, or is told again, is no second one.
 */
 
 :- use_module(connections).

@@ -8,7 +8,7 @@
 Images are in the run folder; what it answered and was told is in the situation.
 */
 
-:- use_module('../folder/json_terms', [fix_dict/2]).
+:- use_module('../json_terms', [fix_dict/2]).
 :- use_module('../../domain/reasoning/surprises', [event_seen/2]).
 :- use_module('../../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2, subtract/3]).

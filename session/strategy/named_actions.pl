@@ -12,7 +12,7 @@ as set_parameter(matcher, genetic), it is answerable for.
 */
 
 :- use_module(strategy_file, [in_strategy/3, place_of/3, program_part/4]).
-:- use_module('../usage', [did_you_mean/3, usage_error/2]).
+:- use_module('../usage_errors', [did_you_mean/3, usage_error/2]).
 :- use_module('../../indigolog/tools/formula_checks', [known_within/2]).
 :- use_module('../../indigolog/tools/program_parts', [part_within/3]).
 :- use_module(library(lists), [member/2, memberchk/2]).

@@ -8,9 +8,9 @@
 The interpreter checks what any program can get wrong; here is what only the theory of lights and camera knows.
 */
 
-:- use_module(offered, [light_names/2, no_light/3, settings_problem/3]).
+:- use_module(not_offered, [light_names/2, no_light/3, settings_problem/3]).
 :- use_module(strategy_file, [in_strategy/3, in_strategy/4, strategy_files/2]).
-:- use_module('../usage', [usage_error/2]).
+:- use_module('../usage_errors', [usage_error/2]).
 :- use_module('../../indigolog/tools/formula_checks', [known_beforehand/2]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 

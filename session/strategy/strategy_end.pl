@@ -8,7 +8,7 @@ An error that the interpreter met in a step is the strategy's: what a server doe
 
 :- use_module('../display/display', [show/2]).
 :- use_module('../display/ending_words', [error_text/2]).
-:- use_module(blocked, [blocked/4]).
+:- use_module(impossible_actions, [blocked/4]).
 :- use_module(named_actions, [no_settings/2, refused_action/3]).
 :- use_module(strategy_file, [place_of/3]).
 :- use_module('../../indigolog/indigolog', [fluent_value/3, situation_holds/2]).

@@ -13,7 +13,7 @@ A place is FILE:LINE.  Nothing is told of what cannot be read: the interpreter s
 */
 
 :- use_module('../folder/session_file', [file_sha256/2]).
-:- use_module('../usage', [usage_error/2]).
+:- use_module('../usage_errors', [usage_error/2]).
 :- use_module('../../indigolog/tools/program_parts', [part_within/3]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/2, member/2, nth1/3]).

@@ -14,7 +14,7 @@ the strategy stands is told by the calls that are open when an alarm rings.
 :- use_module('../servers/connections', [waits_for_server/0]).
 :- use_module('../display/display', [show/2]).
 :- use_module(strategy_file, [strategy_files/2]).
-:- use_module('../usage', [usage_error/2]).
+:- use_module('../usage_errors', [usage_error/2]).
 :- use_module('../../bridge/prolog/zmq', [zmq_without_stops/1]).
 :- use_module('../../indigolog/online/devices', [waits_for_event/0]).
 :- use_module(library(lists), [member/2]).

@@ -11,9 +11,13 @@ The way of an estimate, with what each step makes of a pose (`vision_server.pipe
    makes a `Settled`, with the covariance, and how well the lines agree. Tracking fits whole lines in its own
    way, since each of its frames has the lines of those before: `vision_server.tracking.fitting`.
 4. Rivals: `rivals` of the pose with a seed, `alternatives` for all poses that a first sight tells.
-5. `judgement` puts together what is said: is the model true (`stretch`), is it the right way round
-   (`other_hand`), is the pose the only one near by (`restarts`), how sure is it (`probability`). It makes the
-   `Estimate`.
+5. `judgement` puts together what is said. `stretch` and `other_hand` measure how much better another model
+   does, `restarts` whether the pose is the only one near by; `probability` decides what that is worth, and
+   how sure the pose is. It makes the `Estimate`.
+
+`support` is of the lines that are seen: `coincident` ones are one, and what hides one hides those beside it
+(`hidden_together`). `places` tells poses at different places of an image apart, as of two equal parts.
+`roundness` says whether a part has its model's facets.
 
 What says how good a pose is, from the plainest to what is told:
 
@@ -25,9 +29,12 @@ What says how good a pose is, from the plainest to what is told:
 ``evidence``                nats, of `support`         log likelihood of all lines over chance: weighs rivals
 ``evidence_together``       nats, of `support`         the same, lines that are hidden together counted once:
                                                        compares poses that show different sides
-``confirmed``, ``missing``  nats, share                the lines that speak for a pose, and those not seen
-``LineAgreement``           of `settling`              lines that lie where the last step has them, and their
+``confirmed``, ``missing``  of `support`               nats of the lines that speak for a pose, and the
+                                                       share of the visible length that is not seen
+``LineAgreement``           by `settling`              lines that lie where the last step has them, and their
                                                        scatter
+``Misfit``                  by `stretch`               how much better a stretched or mirrored model does
+``ambiguity``               0 to 1, of `probability`   chance of the likeliest other pose over this one
 ``belief``                  0 to 1, of `probability`   from these: that the pose is the right one, however
                                                        exact
 ``confidence``              0 to 1, of `probability`   ``belief``, and that it is exact enough: the score

@@ -1,4 +1,4 @@
-:- module(session_usage,
+:- module(session_usage_errors,
           [ usage_error/2,              % +Format, +Arguments
             dashes/2,                   % +Name, -Dashed
             refused_by_server/1,        % +Formal

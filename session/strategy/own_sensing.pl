@@ -1,11 +1,11 @@
-:- module(session_own_world,
+:- module(session_own_sensing,
           [ check_own_sensing/1         % +File
           ]).
 /** <module> What a strategy senses by itself, beside lights and camera */
 
-:- use_module(acquisition_device, [can_execute/1]).
-:- use_module('../strategy/strategy_file', [in_strategy/3]).
-:- use_module('../usage', [usage_error/2]).
+:- use_module('../device/acquisition_device', [can_execute/1]).
+:- use_module(strategy_file, [in_strategy/3]).
+:- use_module('../usage_errors', [usage_error/2]).
 :- use_module(library(lists), [member/2]).
 
 %!  check_own_sensing(+File) is det.

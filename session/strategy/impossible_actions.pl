@@ -1,10 +1,10 @@
-:- module(session_blocked,
+:- module(session_impossible_actions,
           [ blocked/4                   % +File, +Action, +Situation, -Message
           ]).
 /** <module> Why an action of a strategy that runs is not possible, in plain words with its place
 */
 
-:- use_module(offered, [settings_problem/3]).
+:- use_module(not_offered, [settings_problem/3]).
 :- use_module(strategy_file, [places_of/3]).
 :- use_module('../../indigolog/indigolog', [fluent_value/3]).
 :- use_module(library(lists), [member/2, memberchk/2]).

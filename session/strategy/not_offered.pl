@@ -1,4 +1,4 @@
-:- module(session_offered,
+:- module(session_not_offered,
           [ settings_problem/3,         % +Device, +Settings, -Problem
             light_names/2,              % +Device, -Names
             no_light/3,                 % +Where, +Light, +Names
@@ -7,7 +7,7 @@
 /** <module> Lights and settings that are named and that the device does not offer, in words
 */
 
-:- use_module('../usage', [did_you_mean/3, usage_error/2]).
+:- use_module('../usage_errors', [did_you_mean/3, usage_error/2]).
 :- use_module('../../domain/reasoning/device').
 :- use_module('../../domain/reasoning/instead', [instead_lights/2, instead_settings/3]).
 :- use_module('../../domain/reasoning/qualitative', [settings_words/3, shutter_words/2]).

@@ -1,7 +1,7 @@
 :- module(session_journal_reader, []).
 /** <module> What the journal of a session tells, running or ended
 
-    swipl session/display/journal_reader.pl RUN_FOLDER newest|every
+    swipl session/journal_reader.pl RUN_FOLDER newest|every
 
 Each line on standard input asks once, and is answered by one JSON object on a line: the result so far, the program
 that is left, and the actions that no answer has told yet (from the one numbered `first`), with the reasons of every
@@ -11,14 +11,14 @@ often is asked.  A controller from the folder itself is not run.
 */
 
 :- set_prolog_flag(autoload, explicit). % as main.pl does
-:- use_module(display, []).             % words for what is wrong
-:- use_module(ending_words, [error_line/2]).
-:- use_module('../options/plan', [session_plan/2]).
-:- use_module(reasons).
-:- use_module('../folder/result', [session_result/3]).
-:- use_module('../folder/resumption', [begun_options/2]).
-:- use_module('../folder/run_folder', [run_file/3]).
-:- use_module('../../indigolog/indigolog').
+:- use_module(display/display, []).             % words for what is wrong
+:- use_module(display/ending_words, [error_line/2]).
+:- use_module(options/plan, [session_plan/2]).
+:- use_module(display/reasons).
+:- use_module(folder/result, [session_result/3]).
+:- use_module(folder/resumption, [begun_options/2]).
+:- use_module(folder/run_folder, [run_file/3]).
+:- use_module('../indigolog/indigolog').
 :- use_module(library(apply), [foldl/4]).
 :- use_module(library(http/json), [json_write_dict/3]).
 :- use_module(library(lists), [memberchk/2]).
