@@ -1,7 +1,6 @@
 """Scenes in small images, for sessions that show how one ends or goes on, whatever it sees."""
 
-import atexit
-import shutil
+import os
 import tempfile
 import tomllib
 from functools import cache
@@ -16,7 +15,7 @@ SIZE = {"width": 320, "height": 240}
 
 @cache
 def small(scenario: str = "nominal") -> Path:
-    """A file of this scenario whose camera has small images, as long as this process lives."""
+    """A file of this scenario whose camera has small images, as long as the tests run."""
     told = tomllib.loads((ROOT / "scenarios" / f"{scenario}.toml").read_text())
     file = _folder() / f"{scenario}.toml"
     file.write_text(tomli_w.dumps(told | {"camera": told.get("camera", {}) | SIZE}))
@@ -25,6 +24,5 @@ def small(scenario: str = "nominal") -> Path:
 
 @cache
 def _folder() -> Path:
-    made = tempfile.mkdtemp(prefix="scenes-")
-    atexit.register(shutil.rmtree, made, ignore_errors=True)
-    return Path(made)
+    goes_with_the_tests = os.environ["XDG_RUNTIME_DIR"]
+    return Path(tempfile.mkdtemp(prefix="scenes-", dir=goes_with_the_tests))
