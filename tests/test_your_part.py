@@ -93,7 +93,7 @@ def test_the_page_goes_as_it_says(clean_copy: Path, seed: int) -> None:
     mine = clean_copy / "mine"
     simulated, session, pose = (
         json.loads((mine / name).read_text())
-        for name in ("simulated/result.json", "session/folder/result.json", "pose.json")
+        for name in ("simulated/result.json", "session/result.json", "pose.json")
     )
     assert simulated["error"]["rotation_deg"] < LIMITS[0]
     assert is_right(pose["pose"], true)
