@@ -119,27 +119,17 @@ def _quadratic(x: NDArray[np.floating], y: NDArray[np.floating]) -> Floats:
 
 def _coarse(channel: ChannelStatistics, step: int) -> Field:
     """Mean intensity at reference exposure of two pixels in the middle of each whole square of so many px."""
+    scale = np.float32(0.5 / channel.exposure)
     if not is_deep(channel.pixels):
-        means = np.empty([max(side // step, 1) for side in channel.shape], np.float32)
-        _means(channel.pixels, channel.linear_of, np.float32(0.5 / channel.exposure), step, means)
+        means = np.zeros([max(side // step, 1) for side in channel.shape], np.float32)
+        _brighten(channel.pixels, channel.linear_of, scale, step, means)
         return means
     first = step // 2 - 1
     rows, columns = (max(side // step, 1) * step for side in channel.shape)
     one, other = (
         channel.linear_at(slice(at, rows, step), slice(at, columns, step)) for at in (first, first + 1)
     )
-    return np.asarray((one + other) * np.float32(0.5 / channel.exposure), np.float32)
-
-
-@kernel(nogil=True)
-def _means(pixels: Grey, linear_of: Field, scale: np.float32, step: int, means: Field) -> None:
-    """As `_coarse`; ``means`` (rows, columns) is an output."""
-    first = step // 2 - 1
-    for v in range(len(means)):
-        row, next_row, of_row = pixels[step * v + first], pixels[step * v + first + 1], means[v]
-        for u in range(len(of_row)):
-            at = step * u + first
-            of_row[u] = (linear_of[row[at]] + linear_of[next_row[at + 1]]) * scale
+    return np.asarray((one + other) * scale, np.float32)
 
 
 def brightest_cells(channels: Sequence[ChannelStatistics]) -> Field:
@@ -155,24 +145,24 @@ def brightest_cells(channels: Sequence[ChannelStatistics]) -> Field:
         if is_deep(channel.pixels):
             np.maximum(best, _coarse(channel, CELL_PX), out=best)
         else:
-            _brighten(channel.pixels, channel.linear_of, np.float32(0.5 / channel.exposure), best)
+            _brighten(channel.pixels, channel.linear_of, np.float32(0.5 / channel.exposure), CELL_PX, best)
     return best
 
 
 @kernel(nogil=True)
-def _brighten(pixels: Grey, linear_of: Field, scale: np.float32, best: Field) -> None:
-    """Let the cells (rows, columns) of ``best`` be at least as bright as in one channel."""
-    rows, columns = best.shape
-    for v in range(rows):
-        row, next_row, of_row = pixels[CELL_PX * v], pixels[CELL_PX * v + 1], best[v]
-        for u in range(columns):
-            both = linear_of[row[CELL_PX * u]] + linear_of[next_row[CELL_PX * u + 1]]
-            of_row[u] = max(of_row[u], both * scale)
+def _brighten(pixels: Grey, linear_of: Field, scale: np.float32, step: int, best: Field) -> None:
+    """Let squares (rows, columns) of ``best``, of so many px, be at least as bright as `_coarse` has them."""
+    first = step // 2 - 1
+    for v in range(len(best)):
+        row, next_row, of_row = pixels[step * v + first], pixels[step * v + first + 1], best[v]
+        for u in range(len(of_row)):
+            at = step * u + first
+            of_row[u] = max(of_row[u], (linear_of[row[at]] + linear_of[next_row[at + 1]]) * scale)
 
 
 @kernel(nogil=True)
 def _brighten_linear(pixels: Grey, scale: np.float32, best: Field) -> None:
-    """`_brighten` by a channel without a tone curve: also between cells, which fills vector registers."""
+    """`_brighten` by cells, without a tone curve: between them as well, which fills vector registers."""
     for v in range(len(best)):
         row, next_row, of_row = pixels[CELL_PX * v], pixels[CELL_PX * v + 1], best[v]
         for x in range(best.shape[1] - 1):
