@@ -22,13 +22,16 @@ class Presence:
     @property
     def absent_s(self) -> float:
         """For how long nobody has been there, s; 0 while somebody is."""
+        self._read()
+        return 0.0 if self._since is None else time.monotonic() - self._since
+
+    def _read(self) -> None:
         while self._monitor is not None and self._monitor.poll(0):
             event, _ = EVENT.unpack(self._monitor.recv_multipart()[0])
             if event == zmq.Event.CONNECTED:
                 self._since = None
             elif self._since is None:
                 self._since = time.monotonic()
-        return 0.0 if self._since is None else time.monotonic() - self._since
 
     def watch(self, sock: "zmq.Socket[bytes]") -> None:
         """Look at a new socket from now on, before it connects."""
@@ -37,7 +40,12 @@ class Presence:
             self._since = time.monotonic()
 
     def leave(self, sock: "zmq.Socket[bytes]") -> None:
-        """The socket is about to be closed."""
+        """The socket is about to be closed.
+
+        What was told is read first: libzmq's thread, with a thousand events that nobody took, waits for
+        somebody who does, and who ends the telling waits for it.
+        """
+        self._read()
         if self._monitor is not None:
             with suppress(zmq.ZMQError):
                 sock.disable_monitor()

@@ -30,10 +30,11 @@ handshake_refused(Endpoint, Curve) :-
     Deadline is Now+Seconds,
     There is Now+Again/1000,
     zmq_socket(dealer, Socket, [reconnect_ivl(Again)|Curve]),
-    call_cleanup(( zmq_monitor(Socket, Monitor),
-                   zmq_connect(Socket, Endpoint),
-                   call_cleanup(( heard(Monitor, There, connected), refused(Monitor, 0, Deadline) ),
-                                zmq_close(Monitor)) ),
+    call_cleanup(zmq_monitored(Socket, Monitor,
+                               ( zmq_connect(Socket, Endpoint),
+                                 heard(Monitor, There, connected),
+                                 refused(Monitor, 0, Deadline)
+                               )),
                  zmq_close(Socket)).
 
 %!  somebody_listens(+Endpoint) is semidet.
@@ -45,9 +46,7 @@ somebody_listens(Endpoint) :-
     zmq_clock(Now),
     Deadline is Now+Seconds,
     zmq_socket(dealer, Socket, []),
-    call_cleanup(( zmq_monitor(Socket, Monitor),
-                   zmq_connect(Socket, Endpoint),
-                   call_cleanup(heard(Monitor, Deadline, connected), zmq_close(Monitor)) ),
+    call_cleanup(zmq_monitored(Socket, Monitor, ( zmq_connect(Socket, Endpoint), heard(Monitor, Deadline, connected) )),
                  zmq_close(Socket)).
 
 refused(Monitor, HungUp, Deadline) :-

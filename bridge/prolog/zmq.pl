@@ -18,7 +18,7 @@ where Errno is an atom such as 'EADDRINUSE'. Timeouts are seconds from now, or `
             zmq_connect/2,          % +Socket, +Endpoint
             zmq_set/3,              % +Socket, +Option, +Value
             zmq_endpoint/2,         % +Socket, -Endpoint
-            zmq_monitor/2,          % +Socket, -Monitor
+            zmq_monitored/3,        % +Socket, -Monitor, :Goal
             zmq_send/3,             % +Socket, +Frames, +Timeout
             zmq_send/4,             % +Socket, +Frames, +Timeout, +Encoding
             zmq_receive/3,          % +Socket, -Frames, +Timeout
@@ -37,7 +37,9 @@ where Errno is an atom such as 'EADDRINUSE'. Timeouts are seconds from now, or `
    atom_concat(Folder, '/zmq4pl', Library),
    use_foreign_library(Library).
 
-:- meta_predicate zmq_without_stops(0).
+:- meta_predicate
+    zmq_without_stops(0),
+    zmq_monitored(+, -, 0).
 
 :- multifile prolog:error_message//1.
 
@@ -93,16 +95,20 @@ opened(Type, Socket) :-
 %
 %   Where the socket was bound last, a string; the port is a number where `*` was asked for.
 
-%!  zmq_monitor(+Socket, -Monitor) is det.
+%!  zmq_monitored(+Socket, -Monitor, :Goal) is semidet.
 %
-%   Monitor is a socket that is told when Socket connects, and how each handshake ends, as by zmq_socket_monitor(3).
+%   Call Goal once, and meanwhile tell Monitor, a socket, when Socket connects, and how each handshake ends, as by
+%   zmq_socket_monitor(3).  The telling ends before Monitor is closed: else libzmq's thread, with something to tell and nobody
+%   to take it, would wait for ever, and with it every socket of the process.
 
-zmq_monitor(Socket, Monitor) :-
+zmq_monitored(Socket, Monitor, Goal) :-
     flag(bridge_zmq_monitor, N, N+1),
     atom_concat('inproc://monitor-', N, Endpoint),
-    zmq_monitor_(Socket, Endpoint),
-    zmq_socket(pair, Monitor, []),
-    zmq_connect(Monitor, Endpoint).
+    setup_call_cleanup(zmq_monitor_(Socket, Endpoint),
+                       setup_call_cleanup(zmq_socket(pair, Monitor, []),
+                                          ( zmq_connect(Monitor, Endpoint), once(Goal) ),
+                                          ( zmq_unmonitor_(Socket), zmq_close(Monitor) )),
+                       zmq_unmonitor_(Socket)).
 
 %!  zmq_set(+Socket, +Option, +Value) is det.
 %

@@ -260,7 +260,16 @@ monitor_socket(term_t socket, term_t endpoint)
   if ( !get_socket(socket, &s) ||
        !PL_get_chars(endpoint, &text, CVT_ATOM|CVT_STRING|CVT_EXCEPTION|REP_UTF8) )
     return FALSE;
-  return zmq_socket_monitor(s->handle, text, events) == 0 ? TRUE : zmq_failed("zmq_monitor", 2, endpoint);
+  return zmq_socket_monitor(s->handle, text, events) == 0 ? TRUE : zmq_failed("zmq_monitored", 3, endpoint);
+}
+
+static foreign_t
+unmonitor_socket(term_t socket)
+{ zsock *s;
+
+  if ( !get_socket(socket, &s) )
+    return FALSE;
+  return zmq_socket_monitor(s->handle, NULL, 0) == 0 ? TRUE : zmq_failed("zmq_monitored", 3, 0);
 }
 
 void
@@ -274,4 +283,5 @@ install_sockets(void)
   PL_register_foreign("zmq_bind", 2, bind_socket, 0);
   PL_register_foreign("zmq_connect", 2, connect_socket, 0);
   PL_register_foreign("zmq_monitor_", 2, monitor_socket, 0);
+  PL_register_foreign("zmq_unmonitor_", 1, unmonitor_socket, 0);
 }

@@ -67,6 +67,17 @@ test(a_peer_that_died, fail) :-
                )),
     zmq_receive(Dealer, _, 0.2).
 
+test(a_monitor_that_has_ended_holds_nobody_up, Text == "x") :-
+    pair_of_sockets(Router, Dealer),
+    zmq_endpoint(Router, Endpoint),
+    zmq_socket(dealer, Monitored, []),
+    zmq_monitored(Monitored, Monitor, is_zmq_socket(Monitor)),
+    zmq_connect(Monitored, Endpoint),  % its event has nobody to go to
+    zmq_send(Monitored, ["monitored"], 60),
+    zmq_receive(Router, _, 60, octet),
+    zmq_send(Dealer, ["x"], 1),
+    zmq_receive(Router, [_, Text], 60, octet).
+
 not_utf8(Codes) :-
     pair_of_sockets(Router, Dealer),
     zmq_set(Router, router_mandatory, true),
