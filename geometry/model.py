@@ -140,6 +140,8 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
         raise GeometryError(f"unknown unit {unit!r} for model {path}; use one of {', '.join(UNITS_M)}")
     if path.is_dir():
         raise GeometryError(f"model file {path} is a folder")
+    if not path.is_file():
+        raise GeometryError(f"model file {path} does not exist")
     reader = READERS.get(path.suffix.lower())
     if reader is None:
         of_cad = path.suffix.lower() in (".step", ".stp", ".iges", ".igs")
@@ -147,8 +149,6 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
         raise GeometryError(
             f"model {path}: unknown kind {path.suffix!r}; use one of {', '.join(READERS)}{hint}"
         )
-    if not path.is_file():
-        raise GeometryError(f"model file {path} does not exist")
     surface = reader(path)
     if len(surface.vertices) > 0 and (surface.vertices == surface.vertices[0]).all():
         raise GeometryError(f"model {path} has no size: all of its points are in one place")

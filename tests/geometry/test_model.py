@@ -171,10 +171,13 @@ def test_a_model_without_faces_and_lines_is_refused(tmp_path: Path) -> None:
 
 
 def test_other_bad_files(tmp_path: Path) -> None:
-    with pytest.raises(GeometryError, match="does not exist"):
-        load_model(tmp_path / "none.cao")
+    for name in ("none.cao", "cube"):
+        with pytest.raises(GeometryError, match=f"{name} does not exist"):
+            load_model(tmp_path / name)
+    document = tmp_path / "thing.doc"
+    document.touch()
     with pytest.raises(GeometryError, match="unknown kind"):
-        load_model(tmp_path / "thing.doc")
+        load_model(document)
     with pytest.raises(GeometryError, match="unknown unit"):
         load_model(written(tmp_path, BOX), "furlong")
     broken = tmp_path / "broken.ply"
