@@ -49,6 +49,11 @@ distance([F|Fs], From, D) :-
     distance(Fs, F, D0),
     D is D0 + abs(F - From).
 
+:- multifile user:message_hook/3.
+
+% The lift's theory asks for exogenous actions as well, of an input that has ended.
+user:message_hook(golog(prompt(exogenous)), help, _).
+
 :- begin_tests(published, [setup(load)]).
 
 test(plain, Trace == [down, open, close, clear(2), up, up, up, up, open, close, clear(6), down, down, down, down, down, open]) :-
