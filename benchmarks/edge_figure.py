@@ -17,11 +17,11 @@ from bridge.messages import Settings
 from image_server.simulator.scenario import load_scenario, with_conditions
 from image_server.simulator.simulator import Simulator
 from numerics.arrays import Grey
+from vision_server.baselines import MERGE_RULES
+from vision_server.baselines.merge_rules import comparison_edges
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
-from vision_server.rivals import MERGE_RULES
-from vision_server.rivals.merge_rules import comparison_edges
 from vision_server.segments.extraction import extract_segments
 
 DEFAULT = Path(__file__).resolve().parent.parent / "docs" / "images" / "merged-edges.png"

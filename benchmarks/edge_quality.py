@@ -21,6 +21,8 @@ from benchmarks.edge_times import edge_times
 from benchmarks.lines import show
 from experiments.edge_metrics import EdgeQuality, edge_quality, outline_of
 from numerics.arrays import Field, Grey
+from vision_server.baselines import MERGE_RULES
+from vision_server.baselines.merge_rules import comparison_edges
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_grey
 from vision_server.channels.lighting import WEIGHT_EXPONENT
@@ -28,8 +30,6 @@ from vision_server.channels.overexposure import overexposures
 from vision_server.edges.merging import merge_channels
 from vision_server.kinds.kinds import edge_kinds
 from vision_server.kinds.likelihoods import FIXED
-from vision_server.rivals import MERGE_RULES
-from vision_server.rivals.merge_rules import comparison_edges
 
 Results = dict[str, dict[str, dict[str, float]]]  # set of images -> rule -> measure
 METHODS = ("em", "em, fixed kinds", "em without weights", *MERGE_RULES, "lsd, first image", "lsd, united")

@@ -27,11 +27,11 @@ from image_server.simulator.scenario import load_scenario, with_conditions
 from image_server.simulator.simulator import Simulator
 from numerics.arrays import Flags, Floats, Grey
 from stack.exposure import REFERENCE, SHUTTERS_S
+from vision_server.baselines.splitting import split_segments
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
 from vision_server.matching import SearchRange, match_search
-from vision_server.rivals.splitting import split_segments
 from vision_server.segments.extraction import extract_segments
 from vision_server.segments.line_fit import Segments
 

@@ -37,7 +37,7 @@ from geometry.pose import RIGHT
 from numerics.arrays import Floats
 from numerics.two_cores import use_one_core
 from vision_server.prediction.belief import Belief
-from vision_server.serve import prediction, unforeseen
+from vision_server.serve import prediction, surprises
 
 Patch = tuple[object, str, Any]
 
@@ -61,7 +61,7 @@ ROWS: dict[str, tuple[str, tuple[Patch, ...]]] = {
     "keeping what does no harm": (str(STRATEGIES / "choosy.pl"), ()),
     "a second image": (str(STRATEGIES / "credulous.pl"), ()),
     "test images": (str(STRATEGIES / "untested.pl"), ()),
-    "surprise": ("informed", ((unforeseen, "surprise_of", lambda *_: unforeseen.Surprise()),)),
+    "surprise": ("informed", ((surprises, "surprise_of", lambda *_: surprises.Surprise()),)),
 }
 """What is left out: the strategy, and what is put in the place of parts of the vision server."""
 

@@ -28,6 +28,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import RIGHT, Pose, disturbed
 from numerics.arrays import Floats
+from vision_server.baselines.genetic import GENERATIONS, POPULATION, evolved, match_genetic
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange, match_search
 from vision_server.matching.draws import even_numbers, poses_around
@@ -36,7 +37,6 @@ from vision_server.matching.match import Problem, distinct, matching_problem
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
 from vision_server.matching.search import COARSE_SPACING_PX, MOST_HYPOTHESES, Effort, finished
 from vision_server.pose.observation import PoseProblem
-from vision_server.rivals.genetic import GENERATIONS, POPULATION, evolved, match_genetic
 from vision_server.segments.extraction import extract_segments
 from vision_server.trust.ranking import best_first
 

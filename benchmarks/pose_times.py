@@ -17,12 +17,12 @@ from benchmarks.photographs import image_set, simulated_studio
 from bridge.client import Client
 from bridge.errors import LightsAndCameraError
 from geometry.pose import disturbed
+from vision_server.baselines.genetic import match_genetic
 from vision_server.image_set import ImageSet
 from vision_server.matching import match_search
 from vision_server.pipeline import estimate_pose
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.sampling import spacing_for
-from vision_server.rivals.genetic import match_genetic
 from vision_server.segments.extraction import extract_segments
 from vision_server.trust.ranking import COARSE_REACHES_PX, FINE_REACHES_PX, best_first, refined
 

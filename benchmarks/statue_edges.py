@@ -17,13 +17,13 @@ import typer
 from benchmarks.lines import show
 from benchmarks.statues import LOOKS, statue
 from numerics.arrays import Field, Flags, Grey
+from vision_server.baselines import MERGE_RULES
+from vision_server.baselines.merge_rules import comparison_edges
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.overexposure import overexposures
 from vision_server.edges.merging import merge_channels
 from vision_server.kinds.kinds import edge_kinds
 from vision_server.kinds.likelihoods import FIXED, OUTLINE
-from vision_server.rivals import MERGE_RULES
-from vision_server.rivals.merge_rules import comparison_edges
 
 Ridge = Field
 TOLERANCE_PX, INSIDE_PX = 2.5, 6.0

@@ -44,8 +44,8 @@ from numerics.arrays import Grey
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import predict
 from vision_server.serve.statistics import frame_statistics, target_region
+from vision_server.serve.surprises import Surprise, surprise_of
 from vision_server.serve.task import PoseTask
-from vision_server.serve.unforeseen import Surprise, surprise_of
 
 SCENES = ("nominal", "eclipse", "harsh", "textured", "grazing", "blur")
 IN_MID_SESSION = [kind for kind in KINDS if kind != "model_wrong"]

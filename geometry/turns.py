@@ -7,20 +7,20 @@ point of the target to where it is after the turn. The kinds, and who asks for t
   turned by any angle about its free axis. `pipeline` takes poses so turned for one answer, and
   `tracking.turning` takes such a turn for none.
 - Near symmetries (`near_symmetries.near_symmetries`) bring back much of the wireframe, as by a gear's tooth.
-  A seed pose may be turned so: `pose.ranking` asks within the search range, `pose.rivals` outside of it.
+  A seed pose may be turned so: `trust.ranking` asks within the search range, `trust.rivals` outside of it.
 - Two near symmetries one after the other (`near_symmetries_and_products`), and half turns about the part's
-  own axes (`half_turns`), whatever these bring back, are asked for at first sight (`pose.all_sides`).
+  own axes (`half_turns`), whatever these bring back, are asked for at first sight (`trust.all_sides`).
 - Right turns (`right_turns`), parts of a full turn, bring back what is regular of a part, as an eight-sided
   body is. First sight asks for them, too, where they fit nearly as well.
 - Free turns go about an axis that a part is round about but for some lines (`round_axes`), as a flange is.
-  `pose.spun` looks all around in steps that a view tells apart; `pose.rivals` weighs some (`free_turns`).
+  `trust.spun` looks all around in steps that a view tells apart; `trust.rivals` weighs some (`free_turns`).
 
 The check of a pose (`tracking.referee`) asks for near symmetries, right turns and `turns_about_round_axes`,
 and looks all around. For `tracking.turning` a pose is a look-alike that a near symmetry, a right turn of half
 or a turn about a round axis takes to one that the target can have.
 
 Whether images show a turn about a round axis is asked in three ways, as three things hang on it. In
-`pose.spun` `unseen_turns` asks if any turn stands out; else the axis is told as free. In `pose.rivals`
+`trust.spun` `unseen_turns` asks if any turn stands out; else the axis is told as free. In `trust.rivals`
 `turned_round` asks how likely the best of `free_turns` is. In `tracking.round_parts` a frame is sure of a
 turn if it supports each of `turns_about_round_axes` less.
 """

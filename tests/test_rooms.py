@@ -180,6 +180,24 @@ def test_files_that_the_page_names_are_there() -> None:
     assert [name for name in named if not (ROOT / name).exists()] == []
 
 
+def test_modules_are_named_with_the_room_that_they_are_in() -> None:
+    """A text that says `pose.spun` is true while spun.py lies in a folder `pose`."""
+    files = [*sources(".py"), *sources(".pl")]
+    folders: dict[str, set[str]] = {}
+    for file in files:
+        folders.setdefault(file.stem, set()).add(file.parent.name)
+    known = {folder for some in folders.values() for folder in some}
+    named = re.compile(r"`(?:[\w/]*/)?(\w+)[./](\w+)(?:\.py|\.pl)?`")
+    stale = [
+        f"{file.relative_to(ROOT)}: {match[0]}"
+        for file in [*files, *(ROOT / "docs").glob("*.md")]
+        for match in named.finditer(file.read_text())
+        for room, module in [match.groups()]
+        if room in known and module not in known and room not in folders.get(module, {room})
+    ]
+    assert stale == []
+
+
 def test_contracts_are_cited_where_they_are() -> None:
     """No source cites a page that the repository does not hold."""
     cited = re.compile(r"docs/([\w-]+\.md)")

@@ -17,6 +17,7 @@ from geometry.model import Model, about_middle
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.symmetries import ASYMMETRIC, symmetry_of
 from numerics.arrays import Floats
+from vision_server.baselines.genetic import match_genetic
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.edge_map import EdgeMap
@@ -26,7 +27,6 @@ from vision_server.matching.draws import beyond_of, in_range_of
 from vision_server.matching.match import ideal_segments, worth_refining
 from vision_server.matching.search import match_near
 from vision_server.pose.observation import PoseProblem
-from vision_server.rivals.genetic import match_genetic
 from vision_server.segments.extraction import extract_segments, extract_with_pieces
 from vision_server.trust.all_sides import of_most_evidence
 from vision_server.trust.judgement import Estimate, about_origin, judged, with_poses
@@ -69,7 +69,7 @@ class PipelineSettings:
     tolerance_m
         How far each line of the part may be off the model's, one standard deviation.
     fusion
-        Whether images are fused into one before edges are looked for (a rival, see `rivals.exposures`).
+        Whether images are fused into one before edges are looked for (a rival, see `baselines.exposures`).
     coarse
         Whether what shows no sure pose is looked at once more at a coarser scale, where it shows more edges.
     """

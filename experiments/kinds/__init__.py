@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from vision_server.rivals import MERGE_RULES
+from vision_server.baselines import MERGE_RULES
 
 if TYPE_CHECKING:
     from experiments.plan import Cell

@@ -12,9 +12,9 @@ from experiments.plan import Cell
 from experiments.worker import Worker
 from image_server.simulator.simulator import Simulator
 from numerics.arrays import Flags, Grey
+from vision_server.baselines.merge_rules import comparison_edges
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.merging import merge_channels
-from vision_server.rivals.merge_rules import comparison_edges
 
 CLIPPED_GREY, MOST_CLIPPED = 250, 0.002  # of an image that is well exposed; chosen by hand
 SUBPIXEL_BITS = 4  # of cv2's coordinates

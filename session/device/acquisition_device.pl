@@ -33,7 +33,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
 :- use_module('../servers/recovery').
 :- use_module('../servers/servers', [captures_taken/1, own_server/1]).
 :- use_module('../strategy/strategy_checks', [check_against_device/2]).
-:- use_module(surprising).
+:- use_module(surprises).
 :- use_module('../../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module('../../domain/reasoning/merit', [default_threshold/1]).
 :- use_module('../../domain/reasoning/outlook').

@@ -11,7 +11,7 @@ import pytest
 
 from benchmarks.ingredients import MEASURES, ROWS, WHOLE, summary
 from vision_server.prediction.belief import Belief
-from vision_server.serve import prediction, unforeseen
+from vision_server.serve import prediction, surprises
 
 
 def table(trusted: float) -> np.ndarray:
@@ -51,4 +51,4 @@ def test_what_is_switched_off_says_nothing() -> None:
     instead = {place: what for _, patches in ROWS.values() for place, _, what in patches}
     assert instead[Belief](None, np.ones((3, 5))).tolist() == [0.0, 0.0, 0.0]
     assert instead[prediction](None, None, [], 0)[:32] == ()
-    assert instead[unforeseen](None, "i2") == unforeseen.Surprise()
+    assert instead[surprises](None, "i2") == surprises.Surprise()

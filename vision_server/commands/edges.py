@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING
 
 from bridge.command_line import output_file, whole_number
 from bridge.errors import BadInput
+from vision_server.baselines import MERGE_RULES
 from vision_server.commands.files import exposures_of, warn_of_movement, write_file, write_picture
 from vision_server.commands.options import add_colour, add_exposures, picture_file, warn
-from vision_server.rivals import MERGE_RULES
 
 if TYPE_CHECKING:
     from numerics.arrays import Field, Floats
@@ -59,6 +59,7 @@ def parse_levels(text: str | None, count: int) -> Floats | None:
 
 def run(options: Namespace) -> None:
     """Merge, and write the files that are asked for."""
+    from vision_server.baselines.merge_rules import comparison_edges
     from vision_server.channels.channel import channel_statistics
     from vision_server.channels.depth import Raw, is_deep, rounded
     from vision_server.channels.image_files import read_image_set
@@ -67,7 +68,6 @@ def run(options: Namespace) -> None:
     from vision_server.edges.suppression import edge_picture
     from vision_server.kinds.kinds import UNKNOWN, different, edge_kinds
     from vision_server.kinds.likelihoods import FIXED, KINDS
-    from vision_server.rivals.merge_rules import comparison_edges
 
     pictures = read_image_set(options.images, Raw(options.bits, options.bayer), options.colour)
     pixels = [picture.pixels for picture in pictures]

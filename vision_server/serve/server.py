@@ -138,9 +138,9 @@ class VisionServer(Service):
             if step.discarded is not None and step.discarded in kept and task.foresees:
                 task.applied[step.discarded] = frames[step.discarded].settings()
             if step.happened is not None:
-                from vision_server.serve import unforeseen  # late: few sessions need it
+                from vision_server.serve import surprises  # late: few sessions need it
 
-                unforeseen.restore(task, step.happened, list(kept))
+                surprises.restore(task, step.happened, list(kept))
         task.doubted = args.doubted
         remembered = set(task.applied)  # a new set has forgotten those before it
         task.applied.clear()
@@ -214,7 +214,7 @@ class VisionServer(Service):
             return Reply(msgspec.to_builtins(predict(session.task, args)))
 
     def _on_appraise(self, args: AppraiseArgs) -> Reply:
-        from vision_server.rivals.exposures import richest_gamma
+        from vision_server.baselines.exposures import richest_gamma
 
         with self._sessions.of(self.caller) as session:
             images = session.task.images

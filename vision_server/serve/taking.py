@@ -34,7 +34,7 @@ def taken(
     cause = doubt = None
     task.hear(events, image)
     if task.to_be_judged(image):
-        from vision_server.serve.unforeseen import surprise_of
+        from vision_server.serve.surprises import surprise_of
 
         cause, doubt = surprise_of(task, image)
     if task.recorder is not None:

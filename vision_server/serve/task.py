@@ -211,7 +211,7 @@ class PoseTask:
 
     def _fused(self, names: tuple[str, ...]) -> tuple[ImageSet, tuple[str, ...]]:
         """A set of one image, fused from the named ones, under the last one's name."""
-        from vision_server.rivals.exposures import exposure_fusion  # only for comparison
+        from vision_server.baselines.exposures import exposure_fusion  # only for comparison
 
         one = ImageSet(self.camera.width, self.camera.height)
         pixels = exposure_fusion([self.images.images[name].pixels for name in names])

@@ -14,7 +14,7 @@ from vision_server.image_set import ImageSet
 from vision_server.matching.match import Anywhere
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.observation import PoseProblem
-from vision_server.prediction.surprise import MISSING, REACHES_PX, SPACING_PX, clearly_elsewhere, moved_to
+from vision_server.prediction.target_moved import MISSING, REACHES_PX, SPACING_PX, clearly_elsewhere, moved_to
 from vision_server.serve.inputs import checked_pose
 from vision_server.serve.results import judgement_result
 from vision_server.tracking.referee import judged

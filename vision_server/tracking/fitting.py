@@ -13,7 +13,7 @@ priors of refinement. The radius of the target's edges has a mixture of two: it 
 (`none_or_rounded`), with odds by how far off the lines are (`rounded_odds`). What frames tell of off^2 and of
 the radius is handed on to the next ones (`Habits`).
 
-Poses that are tracked or checked are fitted so. A session's estimate takes `pose.settling` as its last step
+Poses that are tracked or checked are fitted so. A session's estimate takes `trust.settling` as its last step
 instead, where no frames before tell what lines are off: the profiles across their edges have to.
 """
 

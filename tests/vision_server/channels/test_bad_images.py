@@ -11,12 +11,12 @@ import pytest
 from bridge.errors import BadInput
 from numerics.arrays import Grey
 from tests.vision_server.edge_scenes import step
+from vision_server.baselines import MERGE_RULES
+from vision_server.baselines.merge_rules import comparison_edges
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.image_files import read_image_set
 from vision_server.channels.noise import SATURATED_GREY
 from vision_server.edges.merging import merge_channels
-from vision_server.rivals import MERGE_RULES
-from vision_server.rivals.merge_rules import comparison_edges
 from vision_server.segments.extraction import extract_segments
 
 NOTHING_TO_SEE = {

@@ -9,10 +9,10 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
+from vision_server.baselines.splitting import split_segments
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
-from vision_server.rivals.splitting import split_segments
 from vision_server.segments.extraction import MIN_LENGTH_PX, extract_segments
 from vision_server.segments.line_fit import Segments
 

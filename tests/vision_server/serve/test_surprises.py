@@ -16,11 +16,11 @@ from tests.vision_server.serve.running import SETTINGS, Running, asked
 from vision_server.matching.match import Anywhere
 from vision_server.prediction.causes import Cause
 from vision_server.prediction.response import LitImage
-from vision_server.serve import unforeseen
+from vision_server.serve import surprises
 from vision_server.serve.opening import open_task
 from vision_server.serve.prediction import outputs
+from vision_server.serve.surprises import images_of_scene, restore
 from vision_server.serve.task import REMEMBERED, Happened, PoseTask
-from vision_server.serve.unforeseen import images_of_scene, restore
 from vision_server.trust import judgement
 from vision_server.trust.probability import Misfit
 
@@ -67,12 +67,12 @@ def test_an_image_is_not_held_against_those_from_before_what_was_published_with_
     """Another one under the settings of four others would be a surprise."""
     pixels = simulator.capture(Settings(lights=(0, 0, 7), shutter_s=1 / 60, aperture=4.0)).pixels
     task.add("i5", pixels, FULL)
-    assert unforeseen.surprise_of(task, "i5") != (None, None)
+    assert surprises.surprise_of(task, "i5") != (None, None)
     task.doubted = None
     task.add("i6", pixels, FULL)
     task.hear([event], "i6")
     assert images_of_scene(task) == ["i6"]
-    assert unforeseen.surprise_of(task, "i6") == (None, None)
+    assert surprises.surprise_of(task, "i6") == (None, None)
 
 
 def test_discarded_images_are_remembered_once_something_was_foreseen(task: PoseTask) -> None:
@@ -99,7 +99,7 @@ def test_a_light_that_died_is_named_by_test_images_that_were_discarded(
     for name, asked_for, given in (("i5", FULL, without), ("i6", without, without), ("i7", alone, dark)):
         task.foresees, task.expected = True, simulator.true_pose
         task.add(name, simulator.capture(given).pixels, asked_for)
-        said.append(unforeseen.surprise_of(task, name).cause)
+        said.append(surprises.surprise_of(task, name).cause)
         task.discard(name)
     name = task.describe.lights[0].name
     assert CauseTold(cause="light_dead", lights=(name,), since="i5") in said
@@ -114,13 +114,13 @@ def test_what_flickers_is_held_against_the_others_as_bright_as_the_image_that_it
         read.append(given[-1])
         return None, None
 
-    monkeypatch.setattr(unforeseen, "read", reads)
-    monkeypatch.setattr(unforeseen, "likely_causes", lambda *_: [])
-    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    monkeypatch.setattr(surprises, "read", reads)
+    monkeypatch.setattr(surprises, "likely_causes", lambda *_: [])
+    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
     steady = simulator.capture(FULL).pixels
     task.add("i5", np.rint(0.9 * np.minimum(steady, 250.0)).astype(np.uint8), FULL)
     task.expected = simulator.true_pose
-    assert unforeseen.surprise_of(task, "i5") == (None, None)
+    assert surprises.surprise_of(task, "i5") == (None, None)
     (images,) = read
     assert images[-1].exposure / images[0].exposure == pytest.approx(0.9, abs=0.01)
     assert [one.exposure for one in images[:-1]] == [images[0].exposure] * 4
@@ -130,11 +130,11 @@ def test_what_was_doubted_first_is_not_forgotten_for_a_later_doubt(
     task: PoseTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     doubts = iter([Cause("light_dead", (0,), 1, 9.0), Cause("sun_changed", (), 3, 9.0), None])
-    monkeypatch.setattr(unforeseen, "verdict", lambda _: (None, next(doubts)))
-    monkeypatch.setattr(unforeseen, "causes", lambda *_: [])
-    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    monkeypatch.setattr(surprises, "verdict", lambda _: (None, next(doubts)))
+    monkeypatch.setattr(surprises, "causes", lambda *_: [])
+    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
     task.expected = Pose(np.zeros(3), np.array([0.0, 0.0, 1.0]))
-    told = [unforeseen.surprise_of(task, "i4").doubt for _ in range(3)]
+    told = [surprises.surprise_of(task, "i4").doubt for _ in range(3)]
     assert [doubt and (doubt.cause, doubt.since) for doubt in told] == [
         ("light_dead", "i2"),
         ("sun_changed", "i2"),
@@ -146,9 +146,9 @@ def test_what_was_doubted_first_is_not_forgotten_for_a_later_doubt(
 def test_something_in_the_way_is_sure_where_an_image_from_before_the_doubt_is_repeated(
     task: PoseTask, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(unforeseen, "verdict", lambda _: (None, None))
-    monkeypatch.setattr(unforeseen, "causes", lambda *_: [])
-    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    monkeypatch.setattr(surprises, "verdict", lambda _: (None, None))
+    monkeypatch.setattr(surprises, "causes", lambda *_: [])
+    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
     behind = np.array(task.images.images["i1"].pixels)
     behind[:, behind.shape[1] // 2 - 30 : behind.shape[1] // 2 + 30] = 40
     task.add("i5", behind, FULL)
@@ -156,7 +156,7 @@ def test_something_in_the_way_is_sure_where_an_image_from_before_the_doubt_is_re
     for since, settings, told in (("i3", other, None), ("i3", FULL, "i3")):
         task.expected = Pose(np.zeros(3), np.array([0.0, 0.0, 1.0]))
         task.doubted, task.applied["i5"] = since, settings
-        cause = unforeseen.surprise_of(task, "i5").cause
+        cause = surprises.surprise_of(task, "i5").cause
         assert (cause and cause.cause, cause and cause.since) == (told and "in_the_way", told)
 
 
@@ -173,13 +173,13 @@ def test_pictures_of_the_same_settings_tell_without_a_forecast(
     for name, pixels in (("same", simulator.capture(FULL).pixels), ("relit", dark)):
         task.add(name, pixels, FULL)
         assert task.to_be_judged(name)
-        said.append(unforeseen.surprise_of(task, name))
+        said.append(surprises.surprise_of(task, name))
     assert said[0] == (None, None)
     assert said[1].doubt is not None and said[1].doubt.since == "relit"
     task.discard("relit")
     task.doubted = None
     task.add("arm", behind, FULL)
-    assert unforeseen.surprise_of(task, "arm").cause == CauseTold(cause="in_the_way", since="arm")
+    assert surprises.surprise_of(task, "arm").cause == CauseTold(cause="in_the_way", since="arm")
 
 
 def test_an_image_of_other_settings_without_a_forecast_tells_nothing(task: PoseTask) -> None:
@@ -193,13 +193,13 @@ def test_where_an_image_repeats_one_in_other_light_the_light_has_changed_and_not
     task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     weighed = [Cause("in_the_way", (), 3, 50.0, True), Cause("sun_changed", (), 3, 5.0, True)]
-    monkeypatch.setattr(unforeseen, "likely_causes", lambda *_: weighed)
-    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    monkeypatch.setattr(surprises, "likely_causes", lambda *_: weighed)
+    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
     dark = Settings(lights=(1, 1, 1), shutter_s=1 / 60, aperture=4.0)
     for name, given, cause in (("i5", FULL, "in_the_way"), ("i6", dark, "sun_changed")):
         task.add(name, simulator.capture(given).pixels, FULL)
         task.expected, task.doubted = simulator.true_pose, "i4"
-        told = unforeseen.surprise_of(task, name).cause
+        told = surprises.surprise_of(task, name).cause
         assert told is not None
         assert told.cause == cause
         task.happened.clear()
@@ -209,12 +209,12 @@ def test_where_an_image_repeats_one_in_other_light_the_light_has_changed_and_not
 def test_an_image_in_other_light_is_doubted_however_little_can_be_weighed(
     task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch, weighed: list[Cause]
 ) -> None:
-    monkeypatch.setattr(unforeseen, "causes", lambda *_: weighed)
-    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    monkeypatch.setattr(surprises, "causes", lambda *_: weighed)
+    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
     dark = Settings(lights=(7, 0, 7), shutter_s=1 / 60, aperture=4.0)
     task.add("i5", simulator.capture(dark).pixels, FULL)
     task.expected = simulator.true_pose
-    told = unforeseen.surprise_of(task, "i5")
+    told = surprises.surprise_of(task, "i5")
     assert told.cause is None
     assert told.doubt is not None
     assert told.doubt.cause == (weighed[0].name if weighed else "sun_changed")
@@ -223,8 +223,8 @@ def test_an_image_in_other_light_is_doubted_however_little_can_be_weighed(
 def test_new_edges_are_a_doubt_of_what_is_in_the_way_until_something_is_doubted(
     task: PoseTask, simulator: Simulator, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(unforeseen, "verdict", lambda _: (None, None))
-    monkeypatch.setattr(unforeseen, "target_moved", lambda *_: False)
+    monkeypatch.setattr(surprises, "verdict", lambda _: (None, None))
+    monkeypatch.setattr(surprises, "target_moved", lambda *_: False)
     pose = simulator.true_pose
     other, third = (Settings(lights=lit, shutter_s=1 / 60, aperture=4.0) for lit in ((7, 7, 0), (0, 7, 7)))
     behind = np.array(simulator.capture(third).pixels)
@@ -237,7 +237,7 @@ def test_new_edges_are_a_doubt_of_what_is_in_the_way_until_something_is_doubted(
     ):
         task.expected = pose
         task.add(name, pixels, settings)
-        doubt = unforeseen.surprise_of(task, name).doubt
+        doubt = surprises.surprise_of(task, name).doubt
         told.append(doubt and (doubt.cause, doubt.since))
     assert told == [None, ("in_the_way", "i6"), None]
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from tests.vision_server.edge_scenes import edge_map_of, polygon_with_shadows, step
+from vision_server.baselines.linking import link_edgels
 from vision_server.channels.channel import channel_statistics
 from vision_server.edges.merging import merge_channels
-from vision_server.rivals.linking import link_edgels
 
 
 @pytest.mark.slow

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from numerics.arrays import Field, Grey
+from vision_server.baselines import MergeRule
 from vision_server.channels.gaussian import contrast_kernels, gaussian_gradient, noise_gain
 from vision_server.channels.noise import grey_noise
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import suppress_non_maxima
-from vision_server.rivals import MergeRule
 
 SIGMA_PX = 1.0  # of the Gaussian derivatives
 

@@ -18,7 +18,7 @@ from vision_server.prediction.causes import DOUBT_NATS, MOST_IMAGES, Cause, like
 from vision_server.prediction.new_edges import NEW, NEW_BESIDE_SHADOWS, new_edges
 from vision_server.prediction.places import read
 from vision_server.prediction.repeated import Difference, difference, flicker
-from vision_server.prediction.surprise import moved_to
+from vision_server.prediction.target_moved import moved_to
 from vision_server.serve.prediction import lit_images, outputs
 from vision_server.serve.statistics import lit_region, target_region
 from vision_server.serve.task import Happened, PoseTask

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
-from vision_server.rivals.merge_rules import comparison_edges
+from vision_server.baselines.merge_rules import comparison_edges
 
 METHODS = ["mean", "max-image", "max-gradient", "di-zenzo", "mertens"]
 

@@ -1,4 +1,4 @@
-:- module(session_surprising,
+:- module(session_surprises,
           [ surprised/3,                % +Image, +Result, -Event
             judge_model/2,              % +Images, +Result
             new_surprises/1,            % -Events

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from numerics.arrays import Floats, Ints
+from vision_server.baselines.linking import link_edgels
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import edgel_thresholds, hysteresis
-from vision_server.rivals.linking import link_edgels
 from vision_server.segments.extraction import MIN_LENGTH_PX, joined_segments
 from vision_server.segments.line_fit import Edgels, Segments, fit_lines
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vision_server.rivals.exposures import exposure_fusion, gradient_information, richest_gamma
+from vision_server.baselines.exposures import exposure_fusion, gradient_information, richest_gamma
 
 STEPS = np.repeat(np.linspace(0.02, 1.0, 16), 8)[None].repeat(64, axis=0)  # linear brightness of stripes
 

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from geometry.model import find_target, load_model
 from geometry.pose import Pose, disturbed
 from tests.vision_server.matching_scenes import CAMERA, segments_of
-from vision_server.matching.views import Views
-from vision_server.rivals.genetic import (
+from vision_server.baselines.genetic import (
     CHILDREN_TRIED,
     POPULATION,
     SPACING_PX,
@@ -21,6 +20,7 @@ from vision_server.rivals.genetic import (
     match_genetic,
     next_generation,
 )
+from vision_server.matching.views import Views
 
 POSE = Pose(np.array([0.5, 0.4, 0.2]), np.array([0.02, -0.01, 0.9]))
 MODEL = load_model(find_target("cube"))

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from numerics.arrays import Floats
-from vision_server.rivals.splitting import MAX_DEVIATION_RATIO, MIN_DEVIATION_PX, split_chains
+from vision_server.baselines.splitting import MAX_DEVIATION_RATIO, MIN_DEVIATION_PX, split_chains
 from vision_server.segments.line_fit import Edgels
 
 

@@ -10,7 +10,7 @@ from tests.vision_server.synthetic import CAMERA, POSE, linear_picture
 from vision_server.channels.channel import channel_statistics
 from vision_server.channels.gradients import gradient_channel
 from vision_server.pose.observation import PoseProblem
-from vision_server.prediction.surprise import REACHES_PX, SPACING_PX, clearly_elsewhere, moved_to
+from vision_server.prediction.target_moved import REACHES_PX, SPACING_PX, clearly_elsewhere, moved_to
 from vision_server.trust.ranking import refined
 from vision_server.trust.support import support_at
 

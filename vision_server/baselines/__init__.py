@@ -1,4 +1,4 @@
-"""Rival methods: what the project's own ways are compared with. Rival poses are in trust and tracking.
+"""Baselines: what the project's own ways are compared with.
 
 `merge_rules`: other rules that make one edge map of several images (`--method mean`, `max-image`, …).
 `linking`, `splitting`: the paper's segments (`split_segments`, in `python -m benchmarks.edge_segments`).
