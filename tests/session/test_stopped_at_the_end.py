@@ -28,7 +28,7 @@ class Stopping(Simulator):
 
     session: "subprocess.Popen[str] | None" = None
 
-    def score(self, pose: PoseMessage, moves: int | None = None) -> PoseErrorMessage | None:
+    def score(self, pose: PoseMessage, moves: int | None = None) -> PoseErrorMessage:
         """The error; the first to ask is sent Ctrl-C before it hears it."""
         if self.session is not None:
             os.kill(self.session.pid, signal.SIGINT)
