@@ -1,4 +1,4 @@
-"""What is wrong with the files of a laboratory is said before a device is opened; one that is busy is awaited."""
+"""What is wrong with the files of a laboratory is said before a device is opened; a busy one is awaited."""
 
 import threading
 import time
