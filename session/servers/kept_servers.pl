@@ -16,9 +16,10 @@ with which arguments it was started.  So one that is found fits.
 */
 
 :- use_module('../installation', [installation_python/1, installation_root/1]).
+:- use_module(serving_processes, [serving_process/2]).
 :- autoload(library(filesex), [chmod/2, make_directory_path/1]).
-:- use_module(library(lists), [append/3, max_list/2, member/2]).
-:- autoload(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
+:- use_module(library(lists), [max_list/2, member/2]).
+:- autoload(library(readutil), [read_file_to_terms/3]).
 :- autoload(library(uid), [getuid/1]).
 
 most_servers(16).                       % of one kind at a time, chosen by hand
@@ -55,9 +56,6 @@ running(Base, Pid) :-
     kept_running(Base, Pid),
     !.
 running(Base, Pid) :-
-    directory_files('/proc', Entries),
-    member(Entry, Entries),
-    atom_number(Entry, Pid),
     serves(Pid, Base),
     !,
     note_pid(Base, Pid).
@@ -108,11 +106,8 @@ kept_running(Base, Pid) :-
     !.
 
 serves(Pid, Base) :-
-    format(atom(File), "/proc/~w/cmdline", [Pid]),
-    catch(read_file_to_string(File, Line, [encoding(octet)]), error(_, _), fail),
-    split_string(Line, "\0", "", Words),
-    string_concat("ipc://", Base, Endpoint),
-    append(_, ["--endpoint", Endpoint|_], Words).
+    atom_concat('ipc://', Base, Endpoint),
+    serving_process(Endpoint, Pid).
 
 %!  keep_server(+Base, +Process) is det.
 %
