@@ -1,4 +1,4 @@
-"""A session that is stopped after its last action: what it has found is told and kept."""
+"""A session that is stopped before its first action leaves nothing, and one after its last what it has found."""
 
 import json
 import os
@@ -6,6 +6,7 @@ import signal
 import subprocess
 import tempfile
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -65,3 +66,16 @@ def test_what_was_found_is_kept_and_the_session_can_go_on(
     assert resumed.returncode == 0, resumed.stderr
     whole = json.loads((out / "result.json").read_text())
     assert (whole["status"], whole["iterations"], whole["pose"]) == ("converged", 2, result["pose"])
+
+
+@pytest.mark.parametrize(("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_while_it_is_loaded_it_leaves_nothing(tmp_path: Path, sent: signal.Signals, status: int) -> None:
+    out = tmp_path / "run"
+    session = start_controller("--out", out)
+    while not (out / "session.pl").exists():
+        assert session.poll() is None, session.communicate()
+        time.sleep(0.001)
+    session.send_signal(sent)
+    said, messages = session.communicate(timeout=DEADLINE_S)
+    assert (session.returncode, said, messages) == (status, "", "")
+    assert not out.exists()
