@@ -25,6 +25,8 @@ ABSENT_S = 5.0
 """How long a server that starts may take to be there, for a person who waits; chosen by hand."""
 ASKED_MS = 200
 """Between two looks whether somebody is there; chosen by hand."""
+STILL_S = 1.0
+"""A look that comes later than that: this process stood still, as one that is suspended; chosen by hand."""
 
 
 class Client:
@@ -35,7 +37,8 @@ class Client:
     endpoint
         Where the server listens.
     timeout_s
-        Deadline of a request in all, retries included; `request` may set another.
+        Deadline of a request in all, retries included; `request` may set another. Time in which this process
+        is suspended does not count.
     retries
         How often a request without an answer is sent again, on a fresh socket and with the same id, so that a
         server that has done it already answers from memory.
@@ -64,6 +67,7 @@ class Client:
         self._let_in = False
         self._absent_s = absent_s
         self._presence = Presence()
+        self._still_s = 0.0  # of the request under way
 
     def request(
         self,
@@ -93,7 +97,7 @@ class Client:
         request_id = f"{self._name}/{next(self._numbers)}"
         described, frames = pack(arrays)
         header = encode_request(request_id, op, {} if args is None else args, described)
-        started = time.monotonic()
+        started, self._still_s = time.monotonic(), 0.0
         try:
             for attempt in range(1, self._retries + 2):
                 sock = self._connected()
@@ -136,10 +140,12 @@ class Client:
 
     def _ready(self, sock: "zmq.Socket[bytes]", event: int, deadline: float) -> bool:
         """Wait until the socket can be read or written; False at the deadline."""
-        while (left := deadline - time.monotonic()) > 0:
-            left_ms = max(1, int(left * 1000))
-            if sock.poll(left_ms if self._absent_s is None else min(left_ms, ASKED_MS), event):
+        while (left := deadline + self._still_s - (asked := time.monotonic())) > 0:
+            wait_ms = min(max(1, int(left * 1000)), ASKED_MS)
+            if sock.poll(wait_ms, event):
                 return True
+            late_s = time.monotonic() - asked - wait_ms / 1000
+            self._still_s += late_s if late_s > STILL_S else 0.0
             if self._absent_s is not None and self._presence.absent_s > self._absent_s:
                 if self._refused():  # after such a handshake libzmq does not connect again
                     raise BridgeRefused(self.endpoint)

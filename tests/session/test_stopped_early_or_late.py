@@ -1,4 +1,4 @@
-"""A session that is stopped before its first action leaves nothing, and one after its last what it has found."""
+"""A session that is stopped before its first action leaves nothing; one after its last, what it has found."""
 
 import json
 import os
