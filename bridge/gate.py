@@ -190,7 +190,13 @@ class Gate:
             self._connections.add(connection)
         if crowd:
             min(crowd, key=lambda other: other.heard).cut()  # silent for longest; it may come again
-        connection.start()
+        try:
+            connection.start()
+        except RuntimeError:
+            connection.cut()
+            self.left(connection)
+            inner.close()
+            raise
 
     def check_sum(self) -> None:
         """Cut off whoever has sent most of unfinished messages, where they are too much together."""
