@@ -18,7 +18,7 @@ from bridge.serve import Server
 from image_server.serve.server import ImageServer
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.simulator import Simulator
-from tests.session.command import DEADLINE_S, controller, start_controller
+from tests.session.command import DEADLINE_S, controller, refused, start_controller
 from tests.session.scenes import small
 
 pytestmark = pytest.mark.slow
@@ -66,6 +66,9 @@ def test_what_was_found_is_kept_and_the_session_can_go_on(
     assert resumed.returncode == 0, resumed.stderr
     whole = json.loads((out / "result.json").read_text())
     assert (whole["status"], whole["iterations"], whole["pose"]) == ("converged", 2, result["pose"])
+    assert "is finished; its outcome is in result.json there, and .venv/bin/python -m report" in " ".join(
+        refused("--resume", out).split()
+    )
 
 
 @pytest.mark.parametrize(("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
