@@ -1,6 +1,7 @@
 """A client of the servers, for Python: one request at a time, with a deadline and retries."""
 
 import itertools
+import math
 import os
 import time
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from bridge.arrays import pack, unpack
 from bridge.endpoints import CurveClient
 from bridge.envelope import MAX_FRAME_BYTES, decode_reply, encode_request
 from bridge.errors import BadInput, BridgeAbsent, BridgeRefused, BridgeTimeout, ServerError
-from bridge.presence import Presence
+from bridge.presence import Presence, is_starting
 
 RECONNECT_MS = 10
 """Between two tries to connect: a server that is starting is there at any moment."""
@@ -45,7 +46,8 @@ class Client:
     curve
         Keys, for a server that wants them.
     absent_s
-        How long nobody may be there until a request is given up, see `ABSENT_S`; None: until its deadline.
+        How long nobody may be there until a request is given up, see `ABSENT_S`, where no process is about to
+        serve there; None: until its deadline.
     """
 
     def __init__(
@@ -65,7 +67,7 @@ class Client:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket: zmq.Socket[bytes] | None = None
         self._let_in = False
-        self._absent_s = absent_s
+        self._absent_s = math.inf if absent_s is None else absent_s
         self._presence = Presence()
         self._still_s = 0.0  # of the request under way
 
@@ -146,11 +148,15 @@ class Client:
                 return True
             late_s = time.monotonic() - asked - wait_ms / 1000
             self._still_s += late_s if late_s > STILL_S else 0.0
-            if self._absent_s is not None and self._presence.absent_s > self._absent_s:
+            if self._given_up():
                 if self._refused():  # after such a handshake libzmq does not connect again
                     raise BridgeRefused(self.endpoint)
                 raise BridgeAbsent(self.endpoint, self._absent_s)
         return False
+
+    def _given_up(self) -> bool:
+        """Nobody has been there for too long, and nobody is about to be: a server that is being loaded is."""
+        return self._presence.absent_s > self._absent_s and not is_starting(self.endpoint)
 
     def _refused(self) -> bool:
         """Does something listen there that ends handshakes, or hangs up in them again and again?
@@ -196,7 +202,7 @@ class Client:
     def _connected(self) -> "zmq.Socket[bytes]":
         if self._socket is None:
             sock = self._new_socket(RECONNECT_MS)
-            if self._absent_s is not None:
+            if self._absent_s < math.inf:
                 self._presence.watch(sock)
             try:
                 sock.connect(self.endpoint)
