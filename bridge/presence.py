@@ -55,7 +55,7 @@ class Presence:
 
 
 def is_starting(endpoint: str) -> bool:
-    """Whether a process of this machine was started to serve there, as its words say, listening or not yet."""
+    """Whether a process of this machine was started to serve there, by its words; listening or not yet."""
     name = endpoint.encode()
     for file in Path("/proc").glob("[0-9]*/cmdline"):
         with suppress(OSError):  # it has ended
