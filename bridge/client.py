@@ -1,6 +1,7 @@
 """A client of the servers, for Python: one request at a time, with a deadline and retries."""
 
 import itertools
+import math
 import os
 import time
 from collections.abc import Sequence
@@ -13,7 +14,7 @@ from bridge.arrays import pack, unpack
 from bridge.endpoints import CurveClient
 from bridge.envelope import MAX_FRAME_BYTES, decode_reply, encode_request
 from bridge.errors import BadInput, BridgeAbsent, BridgeRefused, BridgeTimeout, ServerError
-from bridge.presence import Presence
+from bridge.presence import Presence, is_starting
 
 RECONNECT_MS = 10
 """Between two tries to connect: a server that is starting is there at any moment."""
@@ -25,6 +26,8 @@ ABSENT_S = 5.0
 """How long a server that starts may take to be there, for a person who waits; chosen by hand."""
 ASKED_MS = 200
 """Between two looks whether somebody is there; chosen by hand."""
+STILL_S = 1.0
+"""A look that comes later than that: this process stood still, as one that is suspended; chosen by hand."""
 
 
 class Client:
@@ -35,14 +38,16 @@ class Client:
     endpoint
         Where the server listens.
     timeout_s
-        Deadline of a request in all, retries included; `request` may set another.
+        Deadline of a request in all, retries included; `request` may set another. Time in which this process
+        is suspended does not count.
     retries
         How often a request without an answer is sent again, on a fresh socket and with the same id, so that a
         server that has done it already answers from memory.
     curve
         Keys, for a server that wants them.
     absent_s
-        How long nobody may be there until a request is given up, see `ABSENT_S`; None: until its deadline.
+        How long nobody may be there until a request is given up, see `ABSENT_S`, where no process is about to
+        serve there; None: until its deadline.
     """
 
     def __init__(
@@ -62,8 +67,9 @@ class Client:
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         self._socket: zmq.Socket[bytes] | None = None
         self._let_in = False
-        self._absent_s = absent_s
+        self._absent_s = math.inf if absent_s is None else absent_s
         self._presence = Presence()
+        self._still_s = 0.0  # of the request under way
 
     def request(
         self,
@@ -93,7 +99,7 @@ class Client:
         request_id = f"{self._name}/{next(self._numbers)}"
         described, frames = pack(arrays)
         header = encode_request(request_id, op, {} if args is None else args, described)
-        started = time.monotonic()
+        started, self._still_s = time.monotonic(), 0.0
         try:
             for attempt in range(1, self._retries + 2):
                 sock = self._connected()
@@ -136,15 +142,21 @@ class Client:
 
     def _ready(self, sock: "zmq.Socket[bytes]", event: int, deadline: float) -> bool:
         """Wait until the socket can be read or written; False at the deadline."""
-        while (left := deadline - time.monotonic()) > 0:
-            left_ms = max(1, int(left * 1000))
-            if sock.poll(left_ms if self._absent_s is None else min(left_ms, ASKED_MS), event):
+        while (left := deadline + self._still_s - (asked := time.monotonic())) > 0:
+            wait_ms = min(max(1, int(left * 1000)), ASKED_MS)
+            if sock.poll(wait_ms, event):
                 return True
-            if self._absent_s is not None and self._presence.absent_s > self._absent_s:
+            late_s = time.monotonic() - asked - wait_ms / 1000
+            self._still_s += late_s if late_s > STILL_S else 0.0
+            if self._given_up():
                 if self._refused():  # after such a handshake libzmq does not connect again
                     raise BridgeRefused(self.endpoint)
                 raise BridgeAbsent(self.endpoint, self._absent_s)
         return False
+
+    def _given_up(self) -> bool:
+        """Nobody has been there for too long, and nobody is about to be: a server that is being loaded is."""
+        return self._presence.absent_s > self._absent_s and not is_starting(self.endpoint)
 
     def _refused(self) -> bool:
         """Does something listen there that ends handshakes, or hangs up in them again and again?
@@ -190,7 +202,7 @@ class Client:
     def _connected(self) -> "zmq.Socket[bytes]":
         if self._socket is None:
             sock = self._new_socket(RECONNECT_MS)
-            if self._absent_s is not None:
+            if self._absent_s < math.inf:
                 self._presence.watch(sock)
             try:
                 sock.connect(self.endpoint)

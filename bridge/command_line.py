@@ -90,7 +90,10 @@ def add_serving(parser: ArgumentParser) -> None:
     add_keys(parser)
     parser.add_argument("--parent", type=whole_number(), metavar="PID", help="Stop when this process ends.")
     parser.add_argument(
-        "--idle-s", type=number(0), metavar="S", help="Stop when no request has come for so long."
+        "--idle-s",
+        type=number(0),
+        metavar="S",
+        help="Stop when for so long no request has come and nobody was connected.",
     )
 
 

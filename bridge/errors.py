@@ -50,6 +50,10 @@ class DeviceError(LightsAndCameraError):
     code = "device_error"
 
 
+class DeviceBusy(DeviceError):  # noqa: N818
+    """Another program has the camera or the lights."""
+
+
 class Unsupported(LightsAndCameraError):  # noqa: N818
     """The device is sound, but has no such operation or setting."""
 

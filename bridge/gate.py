@@ -2,7 +2,7 @@
 
 libzmq bounds a frame, and counts only whole messages: the frames of a message that never ends pile up in it
 without a limit (1 GB a second), and what a client does not read stays until its connection ends. So bytes are
-passed on to libzmq through here, and ZMTP's frames are counted as they pass (rfc.zeromq.org/spec/23).
+passed on to libzmq through here, and ZMTP's frames are counted as they pass.
 """
 
 from __future__ import annotations
@@ -17,99 +17,20 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from bridge.endpoints import same_user
-from bridge.envelope import MAX_FRAME_BYTES, MAX_FRAMES, MAX_MESSAGE_BYTES
+from bridge.envelope import MAX_MESSAGE_BYTES
+from bridge.frame_meter import FrameMeter, TooMuchError
 
 MAX_CONNECTIONS = 128
 """At a time; three descriptors each, and a process has 1024."""
 MAX_UNFINISHED_BYTES = 2 * MAX_MESSAGE_BYTES
 """Sum of all messages that are not complete yet."""
-MAX_COMMAND_BYTES = 4096
-"""Of one ZMTP command: the handshake's metadata is the largest, with an identity of 255 bytes."""
 STALLED_S = 10
 """A client that sends nothing amid a message, or takes nothing of a reply, for so long is cut off."""
 LAST_WORDS_S = 1.0
 """How long a gate that closes waits for replies to be passed on; chosen by hand."""
 CHUNK_BYTES = 128 * 1024  # read at once; chosen by hand
-GREETING_BYTES = 64  # of ZMTP 3
-MORE, LONG, COMMAND = 1, 2, 4  # flags of a frame
 
 log = logging.getLogger("bridge.gate")
-
-
-class TooMuchError(Exception):
-    """A client broke a bound."""
-
-
-class FrameMeter:
-    """Follows one direction of a ZMTP 3 connection without keys.
-
-    Attributes
-    ----------
-    unfinished
-        Bytes of the message under way, frame heads included; 0 between messages.
-    """
-
-    def __init__(self) -> None:
-        self.unfinished = 0
-        self._frames = 0
-        self._body = GREETING_BYTES  # left of the frame under way; at first the greeting, which is none
-        self._last = True
-        self._head = bytearray()
-        self._greeting: bytearray | None = bytearray()
-
-    @property
-    def midway(self) -> bool:
-        """Whether something has begun that is not complete."""
-        return self.unfinished > 0 or bool(self._head) or self._body > 0
-
-    def feed(self, data: memoryview) -> None:
-        """Count bytes as they pass.
-
-        Raises
-        ------
-        TooMuchError
-            A frame, a command, a message or its number of frames beyond its bound; or no ZMTP 3.
-        """
-        at, end = 0, len(data)
-        while at < end:
-            if self._body:
-                step = min(self._body, end - at)
-                if self._greeting is not None:
-                    self._greeting += data[at : at + step]
-                    self._check_greeting(self._greeting)
-                self._body -= step
-                at += step
-            else:
-                self._greeting = None
-                self._head += data[at : at + 1]
-                at += 1
-                self._read_head()
-            if not self._body and not self._head and self._last:
-                self.unfinished = self._frames = 0
-
-    def _read_head(self) -> None:
-        head = self._head
-        flags = head[0]
-        if len(head) < (9 if flags & LONG else 2):
-            return
-        size = struct.unpack(">Q", head[1:])[0] if flags & LONG else head[1]
-        self._head = bytearray()
-        if size > (MAX_COMMAND_BYTES if flags & COMMAND else MAX_FRAME_BYTES):
-            raise TooMuchError(f"a frame of {size} bytes")
-        self._frames += 1
-        self.unfinished += size + len(head)
-        if self.unfinished > MAX_MESSAGE_BYTES or self._frames > MAX_FRAMES:
-            raise TooMuchError(f"a message of {self._frames} frames and {self.unfinished} bytes")
-        self._body = size
-        if not flags & COMMAND:
-            self._last = not flags & MORE
-
-    @staticmethod
-    def _check_greeting(greeting: bytearray) -> None:
-        if greeting[0] != 0xFF or (len(greeting) > 9 and greeting[9] != 0x7F):
-            raise TooMuchError("no ZMTP")
-        if len(greeting) > 10 and greeting[10] < 3:
-            raise TooMuchError(f"ZMTP {greeting[10]}")
 
 
 class Gate:
@@ -132,6 +53,7 @@ class Gate:
 
     def __init__(self, listener: socket.socket, inner: str, most_bytes: float = math.inf) -> None:
         self.cuts = 0
+        self._left_at = time.monotonic()
         self.most_bytes = most_bytes
         self._listener = listener
         self._inner = inner
@@ -140,6 +62,12 @@ class Gate:
         self._closed = False
         self._thread = threading.Thread(target=self._accept, name="gate", daemon=True)
         self._thread.start()
+
+    @property
+    def alone_s(self) -> float:
+        """For how long nobody has been connected, s; 0 while somebody is."""
+        with self._lock:
+            return 0.0 if self._connections else time.monotonic() - self._left_at
 
     def close(self) -> None:
         """Accept nobody any more, and end what is connected, once what libzmq has sent is passed on."""
@@ -190,7 +118,13 @@ class Gate:
             self._connections.add(connection)
         if crowd:
             min(crowd, key=lambda other: other.heard).cut()  # silent for longest; it may come again
-        connection.start()
+        try:
+            connection.start()
+        except RuntimeError:
+            connection.cut()
+            self.left(connection)
+            inner.close()
+            raise
 
     def check_sum(self) -> None:
         """Cut off whoever has sent most of unfinished messages, where they are too much together."""
@@ -206,6 +140,7 @@ class Gate:
         """Forget a connection that has ended."""
         with self._lock:
             self._connections.discard(connection)
+            self._left_at = time.monotonic()
 
 
 class _Connection:

@@ -29,7 +29,7 @@ class Lanes:
         return len(self._lanes)
 
     def put(self, caller: bytes, work: Callable[[], None], size: int, prompt: bool = False) -> bool:
-        """Have ``work``, which holds ``size`` bytes, done; False where too much waits already.
+        """Have ``work``, which holds ``size`` bytes, done; False where too much waits already, or runs.
 
         Work that is ``prompt``, done in no time, may have a lane however many there are.
         """
@@ -45,7 +45,11 @@ class Lanes:
                 if len(self._lanes) >= MAX_LANES and not prompt:
                     return False
                 self._lanes[caller] = deque([(work, size)])
-                Thread(target=self._run, args=(caller,), name="lane", daemon=True).start()
+                try:
+                    Thread(target=self._run, args=(caller,), name="lane", daemon=True).start()
+                except RuntimeError:  # the system gives no more threads
+                    del self._lanes[caller]
+                    return False
             self._bytes += size
             return True
 

@@ -3,6 +3,8 @@
 import struct
 import time
 from contextlib import suppress
+from itertools import pairwise
+from pathlib import Path
 
 import zmq
 
@@ -50,3 +52,14 @@ class Presence:
             with suppress(zmq.ZMQError):
                 sock.disable_monitor()
             self._monitor = None
+
+
+def is_starting(endpoint: str) -> bool:
+    """Whether a process of this machine was started to serve there, by its words; listening or not yet."""
+    name = endpoint.encode()
+    for file in Path("/proc").glob("[0-9]*/cmdline"):
+        with suppress(OSError):  # it has ended
+            words = file.read_bytes().split(b"\0")
+            if b"--endpoint=" + name in words or (b"--endpoint", name) in pairwise(words):
+                return True
+    return False

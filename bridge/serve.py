@@ -59,7 +59,7 @@ class Server:
     lifeline
         What ends the loop from outside; a fresh one if not given.
     idle_s
-        End when no request has come for so long; never, if not given.
+        End when for so long no request has come and nobody was connected; never, if not given.
 
     Raises
     ------
@@ -138,7 +138,7 @@ class Server:
         self.lifeline.stop(0)
 
     def _idle_for(self) -> float:
-        return 0.0 if self._jobs else time.monotonic() - self._heard
+        return 0.0 if self._jobs else min(time.monotonic() - self._heard, self._sockets.alone_s)
 
     def _patience_ms(self) -> int | None:
         """How long to wait for whatever comes; a millisecond at least: a poll may end a little early."""
@@ -283,7 +283,7 @@ def serve(
 ) -> int:
     """Serve in the main thread of a process until told to stop; returns the exit status.
 
-    0 after `shutdown`, the parent's death or ``idle_s`` seconds without a request, 143 after SIGTERM, 130
+    0 after `shutdown`, the parent's death or ``idle_s`` seconds without a client, 143 after SIGTERM, 130
     after SIGINT. With ``parent_pid`` SIGINT is ignored, since Ctrl-C reaches parent and child alike and it is
     the parent that decides. A handler still running two seconds after the end was asked for is cut off.
 

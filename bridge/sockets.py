@@ -129,6 +129,11 @@ class ServerSockets:
         """How many clients were cut off so far since they broke a bound."""
         return sum(gate.cuts for gate in self._gates)
 
+    @property
+    def alone_s(self) -> float:
+        """For how long nobody has been connected, s; infinite where that is not known, as with keys."""
+        return min((gate.alone_s for gate in self._gates), default=math.inf)
+
     def wake(self) -> None:
         """Make `wake_fileno` readable, from any thread."""
         with suppress(OSError):  # a full pipe wakes as well; a closed one nobody

@@ -38,7 +38,25 @@
 end_session(_, end(How, none), Outcome) :-
     !,                                  % nothing happened: there is nothing to tell
     outcome(How, none, Outcome).
-end_session(Session, end(How, Situation), Outcome) :-
+end_session(Session, end(How0, Situation), Outcome) :-
+    _{options:Options, folder:Folder} :< Session,
+    known_result(Session, How0, Situation, How, Result),
+    sig_atomic(write_result(Result, Folder)),
+    catch(close_acquisition, error(_, _), true),        % the vision server writes what is left of its images
+    tell_report,
+    call(Session.stop),
+    show_outcome(Options, Result),
+    tell_of_instead(Options, Result),
+    tell_how_to_go_on(Options, How, Folder),
+    wait_for_report(Options, Folder),   % last: who waits for the pose need not wait for its picture
+    outcome(How, Situation, Outcome).
+
+%   What is known takes requests to the servers: a session that is stopped meanwhile was stopped, and tells what it has.
+known_result(Session, How0, Situation, How, Result) :-
+    catch(( result_of(Session, How0, Situation, Result), How = How0 ), stopped(Signal), How = stopped(Signal)),
+    ( var(Result) -> result_of(Session, How, Situation, Result) ; true ).
+
+result_of(Session, How, Situation, Result) :-
     _{options:Options, folder:Folder} :< Session,
     outcome(How, Situation, Outcome),
     outcome_status(Outcome, Status),
@@ -53,15 +71,7 @@ end_session(Session, end(How, Situation), Outcome) :-
     fluent_value(readings, Situation, Readings),
     foldl(call, [ with_other_poses(Parameters, Situation), with_estimated_with(Parameters, Folder),
                   advised(images(Limit, Recorded), Readings), with_message(How) ],
-          Known, Result),
-    write_result(Result, Folder),
-    catch(close_acquisition, error(_, _), true),        % the vision server writes what is left of its images
-    tell_report,
-    call(Session.stop),
-    show_outcome(Options, Result),
-    tell_of_instead(Options, Result),
-    tell_how_to_go_on(Options, How, Folder),
-    wait_for_report(Options, Folder).   % last: who waits for the pose need not wait for its picture
+          Known, Result).
 
 with_message(How, Result0, Result) :-
     ( why_stopped(How, Why) -> Result = Result0.put(message, Why) ; Result = Result0 ).

@@ -13,6 +13,7 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(display/display, [show/2, show_address/0, tell/3]).
 :- use_module(ending, [end_session/3, exit_status/2]).
 :- use_module(holding, [forget_hold/1, wait_while_held/1]).
+:- use_module(opening, [end_if_stopped/0]).
 :- use_module(options/plan, [within_reach/4]).
 :- use_module(display/reporting, [begin_report/2, drop_report/0]).
 :- use_module(folder/resumption, [record_options/2]).
@@ -62,6 +63,7 @@ session(opened(Plan, Folder, Servers), Options, Outcome) :-
 
 %   All but what touches the world: the servers take what they are told, and know what the strategy names.
 checked_session(Session) :-
+    end_if_stopped,
     check_controller(Session.plan),
     open_servers(Session),
     execute(connect, session(Device, _, _)),
@@ -70,7 +72,7 @@ checked_session(Session) :-
 
 served_session(Session, Outcome) :-
     _{options:Options, plan:Plan, folder:Folder} :< Session,
-    catch(check_controller(Plan), Error0, nothing_begun(Options, Folder, Error0)),
+    catch(( end_if_stopped, check_controller(Plan) ), Error0, nothing_begun(Options, Folder, Error0)),
     show(Options, begin(Plan, Folder)),
     forget_hold(Folder),
     start_view(Options, Folder),

@@ -140,7 +140,7 @@ client_request(Client, Op, Args, Result, Options) :-
     format(string(Id), '~w/~d', [Opened.name, N]),
     json_text(_{v:1, id:Id, op:Op, args:Args}, Text),
     zmq_clock(Start),
-    catch(attempts(Client, request(Id, Text), Opened.put(_{start:Start, timeout:Timeout}), Reply), Error, true),
+    catch(attempts(Client, request(Id, Text), Opened.put(timeout, Timeout), Reply), Error, true),
     zmq_clock(End),
     add_seconds(Client, End-Start),
     (   nonvar(Error)
@@ -172,13 +172,13 @@ add_seconds(Client, More) :-
 %   Each attempt has an equal share of the time.
 
 attempts(Client, request(Id, Text), Opened, Reply) :-
-    _{start:Start, timeout:Timeout, retries:Retries, alive:Alive} :< Opened,
+    _{timeout:Timeout, retries:Retries, alive:Alive} :< Opened,
     Last is Retries+1,
-    (   between(1, Last, Attempt),
-        Deadline is Start + Timeout*Attempt/Last,
+    Share is Timeout/Last,
+    (   between(1, Last, _),
         connected(Client, Socket),
-        (   in_slices(zmq_send(Socket, [Text]), Alive, Deadline),
-            answer(Socket, Id, Alive, Deadline, Reply0)
+        (   in_slices(zmq_send(Socket, [Text]), Alive, Share, Left),
+            answer(Socket, Id, Alive, Left, Reply0)
         ->  true
         ;   disconnect(Client),
             (   client_waited(Client, Before),
@@ -192,11 +192,11 @@ attempts(Client, request(Id, Text), Opened, Reply) :-
     ;   Reply = none
     ).
 
-answer(Socket, Id, Alive, Deadline, Reply) :-
-    in_slices(received(Socket, Header), Alive, Deadline),
+answer(Socket, Id, Alive, Seconds, Reply) :-
+    in_slices(received(Socket, Header), Alive, Seconds, Left),
     reply_to(Header, Id, Reply0),
     (   Reply0 == another           % an answer to a request that was given up
-    ->  answer(Socket, Id, Alive, Deadline, Reply)
+    ->  answer(Socket, Id, Alive, Left, Reply)
     ;   Reply = Reply0
     ).
 

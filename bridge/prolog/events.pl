@@ -35,10 +35,8 @@ events_open(Endpoint, Subscription, Options0) :-
     curve_option(Options, Curve),
     max_frame_bytes(Max),
     zmq_socket(sub, Socket, [subscribe(""), rcvhwm(0), maxmsgsize(Max)|Curve]),
-    zmq_clock(Start),
-    Deadline is Start+Timeout,
     catch(( zmq_connect(Socket, Endpoint),
-            (   in_slices(received(Socket, _Welcome), Alive, Deadline)
+            (   in_slices(received(Socket, _Welcome), Alive, Timeout, _)
             ->  true
             ;   throw(error(bridge_timeout(Endpoint, subscribe, Timeout), _))
             )

@@ -1,7 +1,7 @@
 /** <module> Waiting at a socket, with a deadline and somebody who looks after what is waited for */
 
 :- module(bridge_slices,
-          [ in_slices/3,            % :Goal, :Alive, +Deadline
+          [ in_slices/4,            % :Goal, :Alive, +Seconds, -Left
             received/3,             % +Socket, -Header, +Timeout
             curve_option/2,         % +Options, -SocketOptions
             max_frame_bytes/1       % -Bytes
@@ -9,9 +9,10 @@
 :- use_module(library(lists), [memberchk/2]).
 :- use_module(zmq).
 
-:- meta_predicate in_slices(1, 0, +).
+:- meta_predicate in_slices(1, 0, +, -).
 
 slice_s(0.1).                       % longest wait between two calls of the alive goal, chosen by hand
+most_of_a_slice_s(1.0).             % longer, and this process stood still; chosen by hand
 
 %!  max_frame_bytes(-Bytes) is det.
 %
@@ -26,23 +27,27 @@ max_frame_bytes(67108864).
 received(Socket, Header, Timeout) :-
     zmq_receive(Socket, [Header], Timeout, header).
 
-%!  in_slices(:Goal, :Alive, +Deadline) is semidet.
+%!  in_slices(:Goal, :Alive, +Seconds, -Left) is semidet.
 %
-%   Goal with a time to wait added succeeds before the deadline; Alive is called in between.
+%   Goal with a time to wait added succeeds within Seconds, of which so many are left; Alive is called in between.  While this
+%   process stands still, as one that is suspended, nobody waits: of such a slice only a second counts.
 
-in_slices(Goal, Alive, Deadline) :-
+in_slices(Goal, Alive, Seconds, Left) :-
+    Seconds > 0,
     slice_s(Slice),
-    repeat,
-    zmq_clock(Now),
-    Left is Deadline-Now,
-    (   Left =< 0
-    ->  !,
-        fail
-    ;   Wait is min(Slice, Left),
-        call(Goal, Wait)
-    ->  !
+    most_of_a_slice_s(Most),
+    zmq_clock(Start),
+    Wait is min(Slice, Seconds),
+    (   call(Goal, Wait)
+    ->  Answered = true
     ;   ignore(Alive),
-        fail
+        Answered = false
+    ),
+    zmq_clock(End),
+    After is Seconds - min(End - Start, Most),
+    (   Answered == true
+    ->  Left = After
+    ;   in_slices(Goal, Alive, After, Left)
     ).
 
 %!  curve_option(+Options, -SocketOptions) is det.

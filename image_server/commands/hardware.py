@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import time
 from argparse import ArgumentParser, Namespace
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from bridge.command_line import add_serving
-from bridge.errors import BadInput
+from bridge.errors import BadInput, DeviceBusy
 from image_server.commands.options import add_camera, add_equipment, add_events
 from image_server.commands.serving import serve_device
 
 if TYPE_CHECKING:
     from bridge.messages import CameraDescription, TargetDescription
     from image_server.hardware import Hardware
+
+Opened = TypeVar("Opened")
+LET_GO_S = 5.0
+"""How long the server of a session that was killed may have camera and lights after it; chosen by hand."""
+LOOK_S = 0.1  # between two looks whether it has let go; chosen by hand
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -26,7 +33,19 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Serve until told to stop; the exit status."""
-    return serve_device(lambda: laboratory_device(options), options)
+    return serve_device(lambda: when_free(lambda: laboratory_device(options)), options)
+
+
+def when_free(opened: Callable[[], Opened]) -> Opened:
+    """What is opened, as soon as who has it now lets go; raises as ``opened`` where that does not come."""
+    deadline = time.monotonic() + LET_GO_S
+    while True:
+        try:
+            return opened()
+        except DeviceBusy:
+            if time.monotonic() >= deadline:
+                raise
+            time.sleep(LOOK_S)
 
 
 def laboratory_device(options: Namespace) -> Hardware:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import msgspec
 
-from bridge.errors import DeviceError
+from bridge.errors import DeviceBusy, DeviceError
 from image_server.lights.dmx_usb_pro import DmxUsbPro
 from image_server.lights.driver import LightDriver
 from image_server.lights.lights_file import LightChannels, LightsFile, is_device, load_lights_file
@@ -40,7 +40,7 @@ def _found(device: str) -> tuple[LightsFile, LightDriver]:
     try:
         widget = DmxUsbPro(device)
     except DeviceError as error:
-        if isinstance(error, PortGoneError) or "busy" in error.message:
+        if isinstance(error, PortGoneError | DeviceBusy):
             raise
     else:
         lights = tuple(

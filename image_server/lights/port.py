@@ -7,7 +7,7 @@ from pathlib import Path
 
 import serial
 
-from bridge.errors import BadInput, DeviceError
+from bridge.errors import BadInput, DeviceBusy, DeviceError
 
 READ_SLICE_S = 0.05
 """Longest single wait for bytes; the deadline is the caller's."""
@@ -27,7 +27,7 @@ class Port:
     Raises
     ------
     BadInput : no such device, no permission, or not a serial device.
-    DeviceError : busy.
+    DeviceBusy : another program has it.
     """
 
     def __init__(self, path: str, baud: int) -> None:
@@ -96,7 +96,7 @@ def _opening_failed(path: str, error: Exception) -> Exception:
             "Join the group of the device (usermod -aG dialout USER), then log in again.",
         )
     if number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in text:
-        return DeviceError(f"The lights at {path} are busy.", f"Another program uses them: fuser {path}")
+        return DeviceBusy(f"The lights at {path} are busy.", f"Another program uses them: fuser {path}")
     if (
         number in (errno.ENOTTY, errno.EINVAL)
         or "Could not configure" in text

@@ -12,7 +12,7 @@ from typing import Any
 
 import v4l2
 
-from bridge.errors import BadInput, DeviceError
+from bridge.errors import BadInput, DeviceBusy, DeviceError
 from image_server.v4l2.kernel import REQUESTS
 
 CAPTURE = int(v4l2.V4L2_CAP_VIDEO_CAPTURE)
@@ -90,7 +90,7 @@ class Node:
         if error.errno in GONE:
             return DeviceError(f"The camera {self.path} is gone ({doing}).", UNPLUGGED_HINT)
         if error.errno == errno.EBUSY:
-            return DeviceError(
+            return DeviceBusy(
                 f"The camera {self.path} is busy ({doing}).",
                 f"Another program uses it; find it with: fuser {self.path}",
             )
@@ -136,7 +136,7 @@ def _open(path: str) -> int:
         if error.errno in GONE:
             raise DeviceError(f"The camera {path} is gone.", UNPLUGGED_HINT) from None
         if error.errno == errno.EBUSY:
-            raise DeviceError(
+            raise DeviceBusy(
                 f"The camera {path} is busy.", f"Another program uses it: fuser {path}"
             ) from None
         raise DeviceError(f"Cannot open the camera {path}: {error.strerror}.") from error

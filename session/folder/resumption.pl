@@ -159,8 +159,17 @@ not_ended(Folder, Journal) :-
     catch(( open(File, read, Stream), call_cleanup(json_read_dict(Stream, Result), close(Stream)) ), error(_, _), fail),
     Result.get(status) \== "stopped",  % of an interruption before
     !,
-    usage_error("--resume: the session in ~w is finished; its outcome is in result.json there", [Folder]).
+    page_words(Folder, Page),
+    usage_error("--resume: the session in ~w is finished; its outcome is in result.json there~w", [Folder, Page]).
 not_ended(_, _).
+
+%   One that was killed when it had told its outcome may have no page.
+page_words(Folder, Words) :-
+    run_file(Folder, 'report.html', File),
+    (   exists_file(File)
+    ->  Words = ''
+    ;   Words = ', and .venv/bin/python -m report RUN_FOLDER writes its page'
+    ).
 
 %!  again_options(+Given, +Folder, -Options) is det.
 %

@@ -28,12 +28,25 @@ make_run_folder(Options, _, Folder) :-
     writable(Folder, "--resume"),
     locked_session_file(Folder, false).
 make_run_folder(Options, Plan, Folder) :-
-    folder_name(Options, Plan, Given),
-    absolute_file_name(Given, Folder),
-    catch(make_folder(Folder), error(_, _), cannot("--out", "make", Folder)),
+    made_folder(Options, Plan, Folder),
     writable(Folder, "--out"),
     unused_folder(Folder),
     locked_session_file(Folder, true).
+
+%   One without a name is new: of sessions that begin at once each has its own.
+made_folder(Options, Plan, Folder) :-
+    folder_name(Options, Plan, Given),
+    absolute_file_name(Given, Folder0),
+    (   option(out(_), Options)
+    ->  catch(make_folder(Folder0), error(_, _), cannot("--out", "make", Folder0)),
+        Folder = Folder0
+    ;   file_directory_name(Folder0, Runs),
+        catch(( make_folder(Runs), make_directory(Folder0) ), error(_, _), fail)
+    ->  Folder = Folder0
+    ;   exists_directory(Folder0)
+    ->  made_folder(Options, Plan, Folder)
+    ;   cannot("--out", "make", Folder0)
+    ).
 
 %!  check_run_folder(+Options, +Plan) is det.
 %
@@ -93,7 +106,7 @@ make_folder(Folder) :-
 make_folder(Folder) :-
     file_directory_name(Folder, Above),
     make_folder(Above),
-    make_directory(Folder).
+    catch(make_directory(Folder), Error, ( exists_directory(Folder) -> true ; throw(Error) )). % another made it
 
 writable(Folder, Option) :-
     probe(Name),

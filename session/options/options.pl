@@ -35,7 +35,7 @@ known(image_server, atom, 'ENDPOINT', "Use a running image server, e.g. tcp://12
 known(vision_server, atom, 'ENDPOINT', "Use a running vision server").
 known(keys, atom, 'DIR', "CURVE keys of the servers and of the controller, for servers on a network").
 known(keep_servers, boolean, '', "Let servers stay for later sessions with this option, and use those that stayed").
-known(idle_s, number, 'S', "Seconds without a request after which servers that stay end (default: 600)").
+known(idle_s, number, 'S', "Seconds after the last session's end until servers that stay end (default: 600)").
 known(matcher, oneof([search, genetic]), 'NAME', "search (default) or genetic, the paper's").
 known(threshold, number, 'PX', "Stop when the merit, in pixels, is under this (default: calibrated)").
 known(max_iterations, integer, 'N', "Stop after this many images (default: 10)").

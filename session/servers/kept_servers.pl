@@ -16,9 +16,10 @@ with which arguments it was started.  So one that is found fits.
 */
 
 :- use_module('../installation', [installation_python/1, installation_root/1]).
+:- use_module(serving_processes, [serving_process/2]).
 :- autoload(library(filesex), [chmod/2, make_directory_path/1]).
 :- use_module(library(lists), [max_list/2, member/2]).
-:- autoload(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
+:- autoload(library(readutil), [read_file_to_terms/3]).
 :- autoload(library(uid), [getuid/1]).
 
 most_servers(16).                       % of one kind at a time, chosen by hand
@@ -45,7 +46,19 @@ kept_server(Name, Arguments, Base, Found) :-
     ->  true
     ;   throw(error(permission_error(lock, server, Name), _))
     ),
-    ( kept_running(Base, Pid) -> Found = kept(Name, Pid, Base) ; Found = none ).
+    (   running(Base, Pid)
+    ->  Found = kept(Name, Pid, Base)
+    ;   Found = none
+    ).
+
+%   A session that was killed may not have come to say which process it started.
+running(Base, Pid) :-
+    kept_running(Base, Pid),
+    !.
+running(Base, Pid) :-
+    serves(Pid, Base),
+    !,
+    note_pid(Base, Pid).
 
 %   A folder that is another user's cannot be given these rights: then this throws.
 runtime_folder(Folder) :-
@@ -89,16 +102,21 @@ locked(Base) :-
 kept_running(Base, Pid) :-
     atom_concat(Base, '.pid', File),
     catch(read_file_to_terms(File, [Pid], []), error(_, _), fail),
-    format(atom(Words), "/proc/~w/cmdline", [Pid]),
-    catch(read_file_to_string(Words, Line, []), error(_, _), fail),
-    sub_string(Line, _, _, _, Base),
+    serves(Pid, Base),
     !.
+
+serves(Pid, Base) :-
+    atom_concat('ipc://', Base, Endpoint),
+    serving_process(Endpoint, Pid).
 
 %!  keep_server(+Base, +Process) is det.
 %
 %   Say that the process serves there.
 
 keep_server(Base, process(_, Pid, _)) :-
+    note_pid(Base, Pid).
+
+note_pid(Base, Pid) :-
     atom_concat(Base, '.pid', File),
     setup_call_cleanup(open(File, write, Stream),
                        format(Stream, "~w.~n", [Pid]),

@@ -8,6 +8,7 @@ A server that stands still, or works for long, is there.  What the servers of th
 */
 
 :- use_module('../../bridge/prolog/handshake', [somebody_listens/1]).
+:- use_module(serving_processes, [serving_process/2]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 
 :- meta_predicate expect_servers(+, +, +, 3).
@@ -15,7 +16,7 @@ A server that stands still, or works for long, is there.  What the servers of th
 :- dynamic
     looked/3.                           % Server, When, Since: whether anybody listened, and since when nobody does, or `there`
 
-absent_s(5).                            % as of the clients in Python
+absent_s(5).                            % as of the clients in Python; longer for one that is being started
 look_s(2).                              % between two looks whether anybody listens; chosen by hand
 gone_s(25).                             % for one that has answered before, and may be started again; chosen by hand
 
@@ -34,13 +35,14 @@ expect_servers(Named, Answered, Seconds, Gone) :-
            ;   expect_socket(Endpoint, Seconds)
            )).
 
-%   Where a server has not answered yet and there is no such socket, nobody will.
+%   Where a server has not answered yet, there is no such socket, and no process is about to make it, nobody will.
 expect_socket(Endpoint, Seconds) :-
     absent_s(Most),
     Seconds > Most,
     atom_concat('ipc:///', Path, Endpoint),
     atom_concat(/, Path, Socket),
     \+ access_file(Socket, exist),
+    \+ serving_process(Endpoint, _),
     !,
     throw(error(bridge_absent(Endpoint, Most), _)).
 expect_socket(_, _).

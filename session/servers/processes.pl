@@ -100,8 +100,26 @@ wait_until(Deadline, Pid, Status) :-
     ).
 
 %!  kill_process(+Process) is det.
+%
+%   Process is gone then, and with it what it listened at: another may take its place.
 
-kill_process(Process) :-
-    ( Process = process(_, Pid, _) ; Process = kept(_, Pid, _) ),
-    !,
-    catch(process_kill(Pid, kill), error(_, _), true).
+kill_process(process(_, Pid, _)) :-
+    catch(ended_or_killed(0, Pid, _), error(_, _), true).
+kill_process(kept(_, Pid, Base)) :-
+    catch(process_kill(Pid, kill), error(_, _), true),
+    get_time(Now),
+    most_dying_s(Most),
+    Deadline is Now + Most,
+    gone_by(Deadline, Base, Pid).
+
+most_dying_s(2).                        % chosen by hand: it takes milliseconds
+
+%   It is no child of this process, which cannot wait for it.
+gone_by(Deadline, Base, Pid) :-
+    (   kept_running(Base, Pid),
+        get_time(Now),
+        Now < Deadline
+    ->  sleep(0.002),
+        gone_by(Deadline, Base, Pid)
+    ;   true
+    ).

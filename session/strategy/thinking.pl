@@ -40,8 +40,12 @@ within_budget(Options, File, Seconds, Goal) :-
     nb_setval(session_looks, []),
     setup_call_cleanup(zmq_without_stops(look_later(Seconds)), Goal, look_no_more). % starts the alarms' thread
 
-%   The look that rings now is removed by the one after it: not before it has rung.
+%   The look that rings now is removed by the one after it: not before it has rung.  A stop waits meanwhile: an alarm that has
+%   been removed and is still told of would be removed once more, and the memory that it had is another's by then.
 look_later(Seconds) :-
+    sig_atomic(set_look(Seconds)).
+
+set_look(Seconds) :-
     nb_getval(session_looks, Looks),
     (   Looks = [Ringing|Rung]
     ->  forall(member(Look, Rung), remove_alarm(Look)),
@@ -55,6 +59,9 @@ look_later(Seconds) :-
     nb_setval(session_looks, [New|Kept]).
 
 look_no_more :-
+    sig_atomic(remove_looks).
+
+remove_looks :-
     nb_getval(session_looks, Looks),
     nb_setval(session_looks, none),
     nb_setval(session_thinks, none),

@@ -30,6 +30,12 @@ answers(Thread) :-
     ;   throw(impostor_gone)
     ).
 
+:- public suspended/0.
+suspended :-                            % once
+    nb_getval(suspended_s, Seconds),
+    nb_setval(suspended_s, 0),
+    sleep(Seconds).
+
 settings(_{lights:[7, 7, 7], shutter_s:0.0166667, aperture:4.0}).
 
 :- begin_tests(client_and_server).
@@ -99,6 +105,15 @@ test(a_server_that_dies_is_noticed_by_the_alive_goal, Caught == server_gone) :-
     with_mock(vision, _{best:_{die:true}}, Endpoint,
               with_client(Endpoint, [timeout(600), alive(counted)], Client,
                           catch(client_request(Client, best, _{}, _, []), Caught, true))).
+test(a_process_that_was_suspended_hears_what_was_answered_meanwhile, Status == "ok") :-
+    nb_setval(suspended_s, 0),
+    with_mock(vision, _{health:_{delay_s:1}}, Endpoint,
+              with_client(Endpoint, [timeout(60), retries(0), alive(test_client:suspended)], Client, (
+        client_request(Client, hello, _{}, _, []),
+        nb_setval(suspended_s, 8),
+        client_request(Client, health, _{}, Health, [timeout(5)]),
+        Status = Health.status
+    ))).
 
 :- end_tests(client_and_server).
 

@@ -1,4 +1,8 @@
+import signal
+import subprocess
+import sys
 import threading
+import time
 from pathlib import Path
 
 import pytest
@@ -130,3 +134,22 @@ def test_a_client_can_be_closed_while_requests_are_lost(counter: Running) -> Non
     counter.service.released.set()
     with Client(counter.endpoint, timeout_s=60) as other:
         assert other.request("count")[0] == {"count": 2}
+
+
+def test_time_in_which_a_client_is_suspended_does_not_count(counter: Running) -> None:
+    asking = (
+        "import sys; from bridge.client import Client\n"
+        "with Client(sys.argv[1], retries=0) as client: print(client.request('wait', timeout_s=10.0)[0])"
+    )
+    client = subprocess.Popen(
+        [sys.executable, "-c", asking, counter.endpoint], stdout=subprocess.PIPE, text=True
+    )
+    while not counter.service.count:
+        assert client.poll() is None
+        time.sleep(0.01)
+    client.send_signal(signal.SIGSTOP)
+    time.sleep(12.0)
+    client.send_signal(signal.SIGCONT)
+    time.sleep(0.3)
+    counter.service.released.set()
+    assert client.communicate(timeout=60)[0].strip() == "{'count': 1}"

@@ -17,7 +17,7 @@ from bridge import gate
 from bridge.client import Client
 from bridge.envelope import MAX_FRAMES, MAX_MESSAGE_BYTES
 from bridge.errors import BadInput
-from bridge.gate import FrameMeter, TooMuchError
+from bridge.frame_meter import FrameMeter, TooMuchError
 from bridge.lanes import MAX_WAITING, Lanes, Turns
 from bridge.serve import Server
 

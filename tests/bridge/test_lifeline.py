@@ -2,6 +2,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -9,6 +10,9 @@ import pytest
 
 from bridge.client import Client
 from bridge.errors import BridgeTimeout
+from bridge.serve import Server
+
+from .conftest import Counter, Running
 
 pytestmark = pytest.mark.slow
 
@@ -124,3 +128,14 @@ def ended(watch: int) -> bool:
         return bool(poll.poll(DEADLINE_S * 1000))
     finally:
         os.close(watch)
+
+
+def test_a_server_with_a_client_is_not_idle(folder: Path) -> None:
+    service = Counter()
+    running = Running(service, Server(service, f"ipc://{folder}/s", idle_s=0.5))
+    with Client(running.endpoint, timeout_s=60) as client:
+        client.request("count")
+        time.sleep(2.0)
+        assert client.request("count")[0] == {"count": 2}
+    running.thread.join(60)
+    assert running.status == 0

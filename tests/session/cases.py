@@ -1,7 +1,6 @@
 """Sessions of several kinds, for those who kill or cut them; their images are small."""
 
-import atexit
-import shutil
+import os
 import subprocess
 import sys
 import tempfile
@@ -39,12 +38,14 @@ def words_of(case: str) -> list[str]:
     return words
 
 
-@cache
 def stack() -> Path:
-    """A stack that was recorded from the simulator, of small images."""
-    made = tempfile.mkdtemp(prefix="kills-")
-    atexit.register(shutil.rmtree, made, ignore_errors=True)
-    folder = Path(made) / "stack"
+    """A stack that was recorded from the simulator, of small images; it goes with the kept servers."""
+    return _recorded(os.environ["XDG_RUNTIME_DIR"])
+
+
+@cache
+def _recorded(goes_with: str) -> Path:
+    folder = Path(tempfile.mkdtemp(prefix="stack-", dir=goes_with)) / "stack"
     words = ["record", str(folder), "--kind", "basis", "--scenario", str(small()), "--seed", "2"]
     command = [sys.executable, "-m", "image_server", *words, "--average", "2"]
     subprocess.run(command, cwd=ROOT, check=True, capture_output=True)

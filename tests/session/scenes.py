@@ -13,16 +13,19 @@ SIZE = {"width": 320, "height": 240}
 """A quarter of the pixels that a session has by default, of the same field of view."""
 
 
-@cache
 def small(scenario: str = "nominal") -> Path:
-    """A file of this scenario whose camera has small images, as long as the tests run."""
+    """A file of this scenario whose camera has small images, as long as the servers that are kept now."""
+    return _written(scenario, os.environ["XDG_RUNTIME_DIR"])
+
+
+@cache
+def _written(scenario: str, goes_with: str) -> Path:
     told = tomllib.loads((ROOT / "scenarios" / f"{scenario}.toml").read_text())
-    file = _folder() / f"{scenario}.toml"
+    file = _folder(goes_with) / f"{scenario}.toml"
     file.write_text(tomli_w.dumps(told | {"camera": told.get("camera", {}) | SIZE}))
     return file
 
 
 @cache
-def _folder() -> Path:
-    goes_with_the_tests = os.environ["XDG_RUNTIME_DIR"]
-    return Path(tempfile.mkdtemp(prefix="scenes-", dir=goes_with_the_tests))
+def _folder(goes_with: str) -> Path:
+    return Path(tempfile.mkdtemp(prefix="scenes-", dir=goes_with))

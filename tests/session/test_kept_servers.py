@@ -112,6 +112,21 @@ def test_a_kept_server_that_is_killed_comes_back(runtime: Path, tmp_path: Path) 
     assert len(kept(runtime)) == 2
 
 
+def test_servers_of_a_session_that_did_not_come_to_name_them_are_found(runtime: Path) -> None:
+    asked()
+    running = kept(runtime)
+    for number, file in enumerate(sorted(runtime.glob("*.pid"))):
+        file.write_text("") if number else file.unlink()
+    asked()
+    assert kept(runtime) == running
+
+
+def test_a_small_scene_is_there_when_other_servers_have_ended() -> None:
+    with kept_servers():
+        small("focus")
+    assert small("focus").is_file()
+
+
 def test_what_cannot_be_kept_is_told(tmp_path: Path) -> None:
     for options, message in (
         (["--keep-servers", "--idle-s", "0"], "--idle-s must be a positive number of seconds"),

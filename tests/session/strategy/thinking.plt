@@ -43,6 +43,35 @@ shown_meanwhile(Goal, Messages) :-
                        erase(Hook)),
     findall(What, heard(What), Messages).
 
+:- dynamic
+    removed/1,                          % Alarm, whose memory may be another's by now
+    twice/1,
+    sent/0.                             % the stop, once
+
+%   A stop comes when an alarm has just been removed: as Ctrl-C does at any moment.
+stopped_at_a_removal(Goal) :-
+    retractall(removed(_)),
+    retractall(twice(_)),
+    retractall(sent),
+    thread_self(Me),
+    setup_call_cleanup(( wrap_predicate(time:remove_alarm(Old), test, Remove, test_session_thinking:remove(Me, Old, Remove)),
+                         wrap_predicate(time:alarm(_, _, New, _), test, Set,
+                                        ( Set, retractall(test_session_thinking:removed(New)) )) ),
+                       catch(Goal, stopped, true),
+                       ( unwrap_predicate(time:remove_alarm/1, test), unwrap_predicate(time:alarm/4, test) )).
+
+remove(Me, Alarm, Remove) :-
+    (   removed(Alarm)
+    ->  assertz(twice(Alarm))
+    ;   Remove,
+        assertz(removed(Alarm)),
+        (   sent
+        ->  true
+        ;   assertz(sent),
+            thread_signal(Me, throw(stopped))
+        )
+    ).
+
 :- begin_tests(thinking).
 
 test(a_test_that_never_ends_is_said, error(usage_error(_))) :-
@@ -64,5 +93,9 @@ test(what_is_waited_for_is_told, true(Messages == [wait])) :-
     shown_meanwhile(( b_setval(indigolog_waits, true), sleep(2.2), b_setval(indigolog_waits, false) ), Messages).
 test(nothing_is_told_of_a_pause, true(Messages == [])) :-
     shown_meanwhile(apart_from_thought(sleep(2.2)), Messages).
+test(a_stop_while_alarms_are_changed_has_none_removed_twice) :-
+    stopped_at_a_removal(within(1, forall(between(1, 20, _), ( computes(0.1), note_thought )))),
+    assertion(sent),
+    assertion(\+ twice(_)).
 
 :- end_tests(thinking).

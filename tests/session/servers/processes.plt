@@ -1,0 +1,40 @@
+:- module(test_session_processes, []).
+:- use_module(library(plunit)).
+:- use_module(library(filesex), [delete_directory_and_contents/1]).
+:- use_module(library(process), [process_create/3, process_wait/2]).
+:- use_module(library(readutil), [read_line_to_string/2]).
+:- use_module('../../../session/servers/kept_servers').
+:- use_module('../../../session/servers/processes').
+
+/** <module> A server that is killed has gone when that is done */
+
+running(Pid) :-
+    format(atom(Words), "/proc/~w", [Pid]),
+    exists_directory(Words).
+
+%   As a server of another session: what has started it has ended.
+orphan(Base, Pid) :-
+    atom_concat('ipc://', Base, Endpoint),
+    process_create(path(sh), ['-c', '(sleep 60; true) <&- >/dev/null & echo $!', sh, '--endpoint', Endpoint],
+                   [process(Parent), stdout(pipe(Out))]),
+    read_line_to_string(Out, Line),
+    close(Out),
+    process_wait(Parent, _),
+    number_string(Pid, Line).
+
+:- begin_tests(processes).
+
+test(a_child_that_is_killed_is_gone, fail) :-
+    process_create(path(sleep), [60], [process(Pid)]),
+    kill_process(process(image_server, Pid, 'none.log')),
+    running(Pid).
+test(so_is_a_server_that_was_found, [ setup(( tmp_file(kept, Folder), make_directory(Folder) )),
+                                      cleanup(delete_directory_and_contents(Folder)) ]) :-
+    atom_concat(Folder, '/server', Base),
+    orphan(Base, Pid),
+    keep_server(Base, process(image_server, Pid, 'none.log')),
+    assertion(kept_running(Base, Pid)),
+    kill_process(kept(image_server, Pid, Base)),
+    assertion(\+ kept_running(Base, Pid)).
+
+:- end_tests(processes).
