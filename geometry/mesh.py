@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import GeometryError
-from geometry.obj_polygons import cut_polygons
+from geometry.gltf import must_be_uncompressed
+from geometry.obj_polygons import NO_SUCH_POINT, cut_polygons
 from geometry.ply import must_be_few, read_ply
 from geometry.stl import checked_stl
 from geometry.surface import Surface
@@ -44,6 +45,7 @@ def read_mesh(path: Path) -> Surface:
             content = checked_stl(path.read_bytes())
             mesh = trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
         else:
+            must_be_uncompressed(path.read_bytes())
             mesh = trimesh.load_mesh(path, process=False)
         if not isinstance(mesh, trimesh.Trimesh):
             mesh = mesh.to_mesh()
@@ -62,6 +64,9 @@ def read_mesh(path: Path) -> Surface:
         faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
         if len(faces) > MOST_TRIANGLES:
             vertices, faces = _fewer(vertices, faces)
+    except FileNotFoundError as error:  # the .bin of a .gltf
+        said = f"model {path} needs the file {error.filename or error}, which is not beside it; copy both"
+        raise GeometryError(said) from error
     except Exception as error:  # trimesh's readers raise whatever their format stumbles on
         raise GeometryError(f"model {path} cannot be read as a mesh: {error}") from error
     return surface_of_triangles(vertices, faces)
@@ -71,11 +76,13 @@ def _read_obj(path: Path) -> Any:
     """The mesh of an OBJ file, or what trimesh makes of several."""
     import trimesh
 
-    text = cut_polygons(path.read_text(encoding="utf-8", errors="replace"))
+    text = path.read_text(encoding="utf-8", errors="replace")
     try:
-        return trimesh.load_mesh(io.StringIO(text), file_type="obj", process=False)
+        return trimesh.load_mesh(io.StringIO(cut_polygons(text)), file_type="obj", process=False)
+    except GeometryError:
+        raise
     except IndexError as error:
-        raise GeometryError("a face names a point that the file does not have") from error
+        raise GeometryError(NO_SUCH_POINT) from error
     except ValueError as error:
         raise GeometryError("its points and faces are not all numbers") from error
 

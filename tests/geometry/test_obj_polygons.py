@@ -33,6 +33,21 @@ def test_concave_faces_are_what_is_inside_their_sides(
     assert not model.two_sided.any()
 
 
+def test_indices_count_back_from_where_they_stand(tmp_path: Path) -> None:
+    """Points and faces take turns, as programs write them that export face by face."""
+    whole = prism(tmp_path / "whole.obj", C_SHAPE)
+    text = ["vn 0 0 1"]
+    for face in whole.faces:
+        corners = whole.vertices[face]
+        text += [f"v {x} {y} {z}" for x, y, z in corners.tolist()]
+        text += ["vt 0 0", "f " + " ".join(f"{k - len(corners)}/-1/1" for k in range(len(corners)))]
+    (tmp_path / "turns.obj").write_text("\n".join(text) + "\n")
+    turns = load_model(tmp_path / "turns.obj")
+    assert len(turns.lines) == len(whole.lines)
+    np.testing.assert_allclose(turns.diameter, whole.diameter)
+    assert areas(turns) == pytest.approx(areas(whole))
+
+
 @pytest.mark.slow
 def test_a_face_of_thousands_of_corners_has_no_fan_of_slivers(tmp_path: Path) -> None:
     """Rays look at each triangle whose box they meet: boxes that overlap cost time."""

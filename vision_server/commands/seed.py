@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from argparse import ArgumentParser, Namespace
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
     from vision_server.seeding.pairs import Pairs
     from vision_server.seeding.points_pose import PointsPose
 
-POOR_FIT = 0.01  # of the image's diagonal: RMS errors beyond are those of a wrong pair; chosen by hand
 PAGE_FILE = Path("seed.toml")  # what a page saves where no name is given
 
 
@@ -140,17 +138,15 @@ def _toml(found: PointsPose) -> str:
 
 
 def _print(options: Namespace, scene: _Scene, found: PointsPose, pairs: Pairs) -> None:
-    poor = found.rms_px > POOR_FIT * math.hypot(scene.camera.width, scene.camera.height)
-    if found.others and not poor:
+    from vision_server.seeding.points_pose import wrong_pair
+
+    wrong = wrong_pair(found, pairs, scene.model, scene.camera)
+    if wrong is not None:
+        warn(wrong)
+    elif found.others:
         warn(
             f"{len(found.others) + 1} poses fit these points; this one fits the image best, "
             "and another point decides"
-        )
-    if poor:
-        worst = int(found.errors_px.argmax())
-        warn(
-            f"{found.rms_px:.1f} px RMS is much: is pair {worst + 1} wrong, which is "
-            f"{found.errors_px[worst]:.1f} px off?"
         )
     if not options.json:
         print(_toml(found), end="")

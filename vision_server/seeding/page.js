@@ -181,7 +181,7 @@ async function changed() {
   if (found.problem) { said.textContent = found.problem; return }
   turn = found.rotation
   save.disabled = false
-  said.textContent = `RMS ${found.rms_px.toFixed(2)} px.` + (found.others
+  said.textContent = found.wrong || `RMS ${found.rms_px.toFixed(2)} px.` + (found.others
     ? ` ${found.others + 1} poses fit these points; this one fits the image best. Another point decides.` : "")
   mark(found.errors_px)
   draw()

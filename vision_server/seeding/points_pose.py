@@ -5,6 +5,7 @@ Where several poses fit, the image says which.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
@@ -30,6 +31,8 @@ SAME = (1.0, 0.01)  # degrees, share of the range: poses nearer to each other ar
 ON_LINE_PX = 3.0  # a point that is so near to a visible line is seen; chosen by hand
 BLUR_PX = 1.5  # of the image whose edges are compared with the lines
 BEHIND_PX = 1e4  # error of a point behind the camera: no step goes there
+POOR_FIT = 0.01  # of the image's diagonal: RMS errors beyond are those of a wrong pair
+MOST_DOUBTED = 20  # pairs, those farthest off, each of which is left out in turn
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,9 +72,7 @@ def pose_of_points(pairs: Pairs, model: Model, camera: Camera, grey: NDArray[Any
         Pairs that tell no pose, see `must_tell_a_pose`, or that no pose puts in front of the camera.
     """
     must_tell_a_pose(pairs, model, camera)
-    refined = [_refined(start, pairs, camera) for start in _starts(pairs, camera)]
-    found = [PointsPose(pose, _errors_px(pose, pairs, camera), ()) for pose in refined]
-    fits = sorted((one for one in found if np.isfinite(one.errors_px).all()), key=lambda one: one.rms_px)
+    fits = _fits(pairs, camera)
     if not fits:
         raise BadInput("No pose puts these points in front of the camera.", "Is a pair wrong?")
     as_good: list[PointsPose] = []
@@ -84,6 +85,41 @@ def pose_of_points(pairs: Pairs, model: Model, camera: Camera, grey: NDArray[Any
         as_good.sort(key=lambda one: _shown(one.pose, pairs, model, camera, slopes), reverse=True)
     first, *others = as_good
     return PointsPose(first.pose, first.errors_px, tuple(one.pose for one in others))
+
+
+def is_poor(found: PointsPose, camera: Camera) -> bool:
+    """Whether the errors are more than those of clicks."""
+    return found.rms_px > POOR_FIT * math.hypot(camera.width, camera.height)
+
+
+def wrong_pair(found: PointsPose, pairs: Pairs, model: Model, camera: Camera) -> str | None:
+    """Which pair is wrong, in words, where the errors are more than those of clicks; else None.
+
+    It is the pair without which the others fit: a wrong one draws the pose towards itself, so that right ones
+    may be farther off. Of four, any three fit at some pose: then the one that is farthest off is asked about.
+    """
+    if not is_poor(found, camera):
+        return None
+    worst = np.argsort(-found.errors_px)[:MOST_DOUBTED].tolist()
+    without: list[tuple[float, int]] = []
+    for number in worst if len(pairs.points) > 4 else []:
+        others = np.arange(len(pairs.points)) != number
+        rest = Pairs(pairs.pixels[others], pairs.points[others])
+        with suppress(BadInput):
+            must_tell_a_pose(rest, model, camera)
+            without += [(one.rms_px, number) for one in _fits(rest, camera)[:1] if not is_poor(one, camera)]
+    much = f"{found.rms_px:.1f} px RMS is much: "
+    if not without:
+        return f"{much}is pair {worst[0] + 1} wrong, which is {found.errors_px[worst[0]]:.1f} px off?"
+    rms_px, number = min(without)
+    return f"{much}without pair {number + 1} the others fit to {rms_px:.1f} px. Correct it, or leave it out."
+
+
+def _fits(pairs: Pairs, camera: Camera) -> list[PointsPose]:
+    """Poses that refinement ends at, those of the least RMS error first."""
+    refined = [_refined(start, pairs, camera) for start in _starts(pairs, camera)]
+    found = [PointsPose(pose, _errors_px(pose, pairs, camera), ()) for pose in refined]
+    return sorted((one for one in found if np.isfinite(one.errors_px).all()), key=lambda one: one.rms_px)
 
 
 def _starts(pairs: Pairs, camera: Camera) -> Iterator[Pose]:

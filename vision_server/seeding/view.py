@@ -23,7 +23,7 @@ from numerics.arrays import Grey
 from report.loopback import refused
 from vision_server.seeding.corners import corners_of
 from vision_server.seeding.pairs import Pairs
-from vision_server.seeding.points_pose import PointsPose, pose_of_points
+from vision_server.seeding.points_pose import PointsPose, pose_of_points, wrong_pair
 
 HERE = Path(__file__).resolve().parent
 MOST_BYTES = 100_000  # of one question: a thousand pairs
@@ -110,6 +110,7 @@ class SeedView:
             "rms_px": found.rms_px,
             "errors_px": found.errors_px.tolist(),
             "others": len(found.others),
+            "wrong": wrong_pair(found, pairs, self._model, self._camera),
             "lines": [np.round(run.points, 2).tolist() for run in runs],
         }
 

@@ -14,7 +14,7 @@ from numerics.arrays import Ints
 from tests.vision_server.synthetic import CAMERA, POSE, cuboid, linear_picture, photographed
 from vision_server.seeding.corners import corners_of
 from vision_server.seeding.pairs import Pairs, parsed_pairs, read_lines
-from vision_server.seeding.points_pose import pose_of_points
+from vision_server.seeding.points_pose import pose_of_points, wrong_pair
 
 BENT = Camera(320, 240, 300.0, 305.0, 157.0, 121.0, (-0.3, 0.1, 0.001, -0.002, 0.0))
 FISHEYE = Camera(320, 240, 200.0, 200.0, 159.5, 119.5, (0.02, -0.01, 0.0, 0.0), "fisheye")
@@ -131,3 +131,22 @@ def test_of_a_rounded_corner_one_point_is_given(tmp_path: Path) -> None:
     found = plate.vertices[corners_of(plate)]
     quadrants = sorted((x > 0, y > 0, z > 0.05) for x, y, z in found)
     assert len(found) == 8 and len(set(quadrants)) == 8
+
+
+def test_the_wrong_pair_is_named_though_right_ones_are_farther_off(model: Model) -> None:
+    rng = np.random.default_rng(5)
+    named = farther = 0
+    for _ in range(12):
+        exact = pairs_of(model, BENT, POSE, rng.permutation(len(model.vertices))[:5])
+        assert wrong_pair(pose_of_points(exact, model, BENT, BLANK), exact, model, BENT) is None
+        pixels = exact.pixels.copy()
+        wrong = int(rng.integers(5))
+        pixels[wrong] += 40.0 * np.sign([157.0, 121.0] - pixels[wrong])  # towards the middle
+        pairs = Pairs(pixels, exact.points)
+        found = pose_of_points(pairs, model, BENT, BLANK)
+        said = wrong_pair(found, pairs, model, BENT)
+        assert said is not None
+        named += f"without pair {wrong + 1} the others fit to 0.0 px" in said
+        farther += int(found.errors_px.argmax()) != wrong
+    assert named == 12
+    assert farther > 2
