@@ -1,6 +1,7 @@
 :- module(test_session_presence, []).
 :- use_module(library(plunit)).
 :- use_module(library(process), [process_create/3, process_kill/2, process_wait/2]).
+:- use_module(library(readutil), [read_line_to_string/2]).
 :- use_module('../../../session/servers/presence').
 
 /** <module> Whether a server of the user's is waited for that has not answered yet */
@@ -10,7 +11,10 @@ waited_for(Endpoint, Seconds) :-
 
 %   A server that is still being loaded: it has been given its words, and no socket.
 starting(Words, Pid) :-
-    process_create(path(sh), ['-c', 'sleep 60; true', sh|Words], [process(Pid)]).
+    process_create(path(python3), ['-c', 'import time; print(flush=True); time.sleep(60)'|Words],
+                   [process(Pid), stdout(pipe(Out))]),
+    read_line_to_string(Out, _),        % only now has it its words
+    close(Out).
 
 ended(Pid) :-
     process_kill(Pid),

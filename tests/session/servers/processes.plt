@@ -15,7 +15,8 @@ running(Pid) :-
 %   As a server of another session: what has started it has ended.
 orphan(Base, Pid) :-
     atom_concat('ipc://', Base, Endpoint),
-    process_create(path(sh), ['-c', '(sleep 60; true) <&- >/dev/null & echo $!', sh, '--endpoint', Endpoint],
+    process_create(path(sh),
+                   ['-c', 'python3 -c "import time; time.sleep(60)" "$@" >/dev/null & echo $!', sh, '--endpoint', Endpoint],
                    [process(Parent), stdout(pipe(Out))]),
     read_line_to_string(Out, Line),
     close(Out),
