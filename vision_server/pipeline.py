@@ -29,9 +29,9 @@ from vision_server.matching.search import match_near
 from vision_server.pose.observation import PoseProblem
 from vision_server.segments.extraction import extract_segments, extract_with_pieces
 from vision_server.trust.all_sides import of_most_evidence
-from vision_server.trust.judgement import Estimate, about_origin, judged, with_poses
+from vision_server.trust.judgement import Estimate, about_origin, judged, of_all_lines, with_poses
 from vision_server.trust.likely import Likely, last_step, likely_of
-from vision_server.trust.ranking import best_first, nowhere
+from vision_server.trust.ranking import best_first, fewer_lines, nowhere
 from vision_server.trust.rivals import anywhere, likeliest_first, rivals_of
 from vision_server.trust.spun import unseen_turns
 
@@ -216,7 +216,10 @@ def pose_of_segments(
     hypotheses = worth_refining(_matched(endpoints, model, camera, seed_pose, settings))
     watch.lap("matching")
     least = SCALES_PX.index(settings.refinement_scale_px)
-    problem = PoseProblem.at_scale(channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m)
+    every_line = PoseProblem.at_scale(
+        channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m
+    )
+    problem = fewer_lines(every_line)
     searched: Callable[[Pose], bool] = nowhere
     beyond: Callable[[Pose], float] = anywhere
     asked = isinstance(seed_pose, Anywhere) or model.smooth.any()  # nothing else may look quite the same
@@ -244,6 +247,8 @@ def pose_of_segments(
         if estimate.pose is not None:
             unseen = unseen_turns(last.best.problem, last.best.pose, last.best.spacing_px)
             estimate = replace(estimate, free=estimate.free + unseen)
+        if problem is not every_line:
+            estimate = of_all_lines(estimate, every_line, last.best.spacing_px)
     watch.lap("refinement")
     return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
 

@@ -27,10 +27,8 @@ from vision_server.trust.ranking import (
     TURNED_LACK_NATS,
     Refined,
     best_first,
-    fewer_lines,
     finished,
     led_to,
-    of_all_lines,
     roughly,
     with_beside,
 )
@@ -107,12 +105,12 @@ def _with_matched_again(
     A first sight's views are coarse: a hypothesis may be some percent of the range off, which a fit to edges
     does not bridge where the part has many lines beside each other.
     """
-    found, sparse = list(known), fewer_lines(problem)
+    found = list(known)
     for start in starts:
         for _, pose in match([problem.model], start)[0][:POSES_A_MATCH]:
-            rough = roughly(sparse, pose, found)
+            rough = roughly(problem, pose, found)
             if rough is not None:
-                found.append(rough if sparse is problem else of_all_lines(rough, problem))
+                found.append(rough)
     return sorted(found, key=_evidence, reverse=True)
 
 
@@ -152,17 +150,15 @@ def _with_other_sides(problem: PoseProblem, known: Sequence[Refined]) -> list[Re
     A rim is the same ellipse from before and behind, and tilted the other way; only what is small about it
     tells, and a search that is led by the rim may have come from one side alone.
     """
-    found, sparse = list(known), fewer_lines(problem)
+    found = list(known)
     for axis, centre in round_axes(problem.model) if known else ():
         for start in other_sides(known[0].pose, axis, rim_middle(problem.model, axis, centre)):
-            rough = roughly(sparse, start, found)
+            rough = roughly(problem, start, found)
             if rough is None:
                 continue
             coarse_px, reach_rad = COARSENING * rough.spacing_px, spin_rad(problem.model)
             starts = spun(rough.problem, rough.pose, coarse_px, reach_rad)
             best = max([rough, *led_to(rough, starts, [rough])], key=_evidence)
-            if sparse is not problem:
-                best = of_all_lines(best, problem)
             least = _evidence(found[0]) - COARSE_LACK_NATS
             found.append(finished(best) if _evidence(best) >= least else best)
     return sorted(found, key=_evidence, reverse=True)
@@ -177,14 +173,13 @@ def _with_turned(
     that fit as well as the pose, as a gear's do whose key seat is not seen, are taken as they are. Of
     ``regular`` ones, as of the nut that a pipe's branch stands beside, those that fit nearly as well.
     """
-    found, sparse = list(known), fewer_lines(first.problem)
-    coarse_px = COARSENING * first.spacing_px
+    found, problem, coarse_px = list(known), first.problem, COARSENING * first.spacing_px
 
     def seen_turned(by: Sequence[Pose]) -> list[tuple[float, Pose]]:
         starts = [first.pose.compose(turn) for turn in by]
-        return [(evidence_at(sparse, start, coarse_px), start) for start in starts]
+        return [(evidence_at(problem, start, coarse_px), start) for start in starts]
 
-    itself = evidence_at(sparse, first.pose, coarse_px)
+    itself = evidence_at(problem, first.pose, coarse_px)
     others = seen_turned([turn for turn in regular if turn not in turns])
     seen = seen_turned(turns) + [one for one in others if one[0] > itself - TURNED_LACK_NATS]
     seen.sort(key=lambda one: -one[0])
@@ -194,7 +189,7 @@ def _with_turned(
             for other in led_to(first, [start], found):
                 found.append(finished(other) if _evidence(other) >= least else other)
         elif evidence >= alike and not any(one.ends_at(start, ONE_BASIN) for one in found):
-            support = support_at(first.problem, start, first.spacing_px)
+            support = support_at(problem, start, first.spacing_px)
             if support is not None:
                 found.append(replace(first, solution=replace(first.solution, pose=start), support=support))
     return found

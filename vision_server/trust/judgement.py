@@ -9,6 +9,8 @@ from geometry.pose import Pose
 from geometry.symmetries import Symmetry
 from numerics.arrays import Floats
 from vision_server.pose.covariance import uncertainty
+from vision_server.pose.line_scales import with_line_scales
+from vision_server.pose.observation import PoseProblem
 from vision_server.trust.alternatives import PoseChance, listed, without_free_turn
 from vision_server.trust.likely import Likely
 from vision_server.trust.other_hand import Matcher, the_other_way
@@ -26,7 +28,7 @@ from vision_server.trust.restarts import astray
 from vision_server.trust.rivals import RivalPose
 from vision_server.trust.settling import Settled
 from vision_server.trust.stretch import misfit
-from vision_server.trust.support import LineSupport, PoseSupport
+from vision_server.trust.support import LineSupport, PoseSupport, support_at
 
 LEAST_BY_LINES = 0.02  # belief in a pose by its lines; of those that had less, one in a hundred was right
 
@@ -133,6 +135,22 @@ def with_poses(
     )
     first = poses[0].probability if poses else estimate.score
     return replace(estimate, poses=poses, score=min(estimate.score, first))
+
+
+def of_all_lines(estimate: Estimate, problem: PoseProblem, spacing_px: float) -> Estimate:
+    """An estimate by some of a target's lines, with what the images say of all of them at its pose."""
+    if estimate.pose is None:
+        return estimate
+    support = support_at(with_line_scales(problem, estimate.pose), estimate.pose, spacing_px)
+    if support is None:
+        return estimate
+    return replace(
+        estimate,
+        support=support,
+        lines=support.lines,
+        rms_px=support.rms_px,
+        supported_fraction=support.supported_fraction,
+    )
 
 
 def about_origin(found: Estimate, middle_from_origin: Pose) -> Estimate:

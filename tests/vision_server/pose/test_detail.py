@@ -1,4 +1,4 @@
-"""Poses of a model of very many lines are compared by fewer of them, and supported by all."""
+"""Poses of a model of very many lines are found by the longest of them; what is told is of all."""
 
 from typing import Any
 
@@ -10,7 +10,6 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import disturbed
 from vision_server.pose.observation import Observation, PoseProblem, observe
-from vision_server.trust import ranking
 from vision_server.trust.ranking import MOST_COMPARED_CURVES, fewer_lines
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
@@ -38,7 +37,7 @@ def test_the_longest_lines_are_kept_with_their_softness() -> None:
 
 
 @pytest.mark.slow
-def test_few_looks_take_in_all_lines(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_one_look_takes_in_all_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     model, rng = part(1200), np.random.default_rng(1)
     true = random_view(rng, model, CAMERA)
     pixels = rendered(model, CAMERA, true, rng)
@@ -54,5 +53,5 @@ def test_few_looks_take_in_all_lines(monkeypatch: pytest.MonkeyPatch) -> None:
     assert found.pose is not None
     assert found.pose.error_to(true).within(0.2, 0.002)
     assert max(line.line for line in found.lines) > MOST_COMPARED_CURVES
-    assert 0 < looks.count(len(model.lines)) <= 6 * ranking.MOST_REFINED
-    assert len(looks) - looks.count(len(model.lines)) >= 3
+    assert looks.count(len(model.lines)) == 1  # what is told of them
+    assert len(looks) > 10
