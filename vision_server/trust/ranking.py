@@ -44,7 +44,7 @@ TURNED_LACK_NATS = 20.0  # that a turned pose may lack before it is refined: odd
 
 # A pose is found by so many of the longest lines and chains of lines (by hand). Of plates with 5000 lines as
 # many poses are right with 400, 500 and 800 as with all, 0.8 to 1.8 times as far off, in a third of the time;
-# 10 of 14 are trusted with 500, and none with all.
+# 11 of 14 are trusted with 500, and none with all.
 MOST_COMPARED_CURVES = 500
 
 
