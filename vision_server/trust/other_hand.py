@@ -19,7 +19,7 @@ from geometry.pose import RIGHT, Pose
 from numerics.arrays import Floats
 from vision_server.pose.line_scales import with_line_scales
 from vision_server.trust.probability import MOST_ODDS, odds
-from vision_server.trust.ranking import COARSE_REACHES_PX, COARSENING, Refined, of_fewer_lines, refined
+from vision_server.trust.ranking import COARSE_REACHES_PX, COARSENING, Refined, refined
 from vision_server.trust.support import support_at
 
 Matcher = Callable[[Sequence[Model], Pose], list[list[tuple[float, Pose]]]]
@@ -87,21 +87,20 @@ def the_other_way(best: Refined, match: Matcher) -> float:
     few = seen <= min(FEW_IN_SIGHT, (1.0 - HIDDEN_SHARE) * lines)
     if best.support.missing <= LITTLE_MISSING and not few:
         return 0.0
-    own = of_fewer_lines(best)
-    model = own.problem.model
+    model = best.problem.model
     others = other_ways(model)
     if not others:
         return 0.0
-    itself, *found = match((model, *others), own.pose)
+    itself, *found = match((model, *others), best.pose)
     least = itself[0][0] if itself else 0.0
     likely = [
         (other, one[0][1])
         for other, one in zip(others, found, strict=True)
         if one and one[0][0] > AS_GOOD_SHARE * least
     ]
-    likely += [(other, own.pose) for other in others if _is_likely_here(own, other)]
-    fits = [_fit(own, other, pose) for other, pose in likely]
-    return max((_chance(own, fit) for fit in fits if fit is not None), default=0.0)
+    likely += [(other, best.pose) for other in others if _is_likely_here(best, other)]
+    fits = [_fit(best, other, pose) for other, pose in likely]
+    return max((_chance(best, fit) for fit in fits if fit is not None), default=0.0)
 
 
 def _chance(own: Refined, other: Refined) -> float:

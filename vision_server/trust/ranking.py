@@ -1,7 +1,7 @@
 """From the matcher's hypotheses to refined poses with their support, best first: a multi-start of refinement.
 
 All are refined coarsely, with turns and edges beside that no small step leads to, and those that come near
-the best in quality to the end. Of very many lines the longest say which pose is worth a look at all of them.
+the best in quality to the end. Of very many lines the longest are taken (`fewer_lines`).
 """
 
 from __future__ import annotations
@@ -194,13 +194,6 @@ def _sparse(model: Model) -> tuple[Model, Ints]:
         return model, kept
     lines, faces, smooth = model.lines[kept], model.line_faces[kept], model.smooth[kept]
     return replace(model, lines=lines, line_faces=faces, smooth=smooth), kept
-
-
-def of_fewer_lines(best: Refined) -> Refined:
-    """The pose with the support of the longest lines only, where there are very many."""
-    sparse = fewer_lines(best.problem)
-    support = None if sparse is best.problem else support_at(sparse, best.pose, best.spacing_px)
-    return best if support is None else replace(best, problem=sparse, support=support)
 
 
 def finished(rough: Refined) -> Refined:

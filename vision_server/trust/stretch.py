@@ -22,7 +22,7 @@ from vision_server.pose.refinement import Solution, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.trust.hypotheses import edges_around, explained
 from vision_server.trust.probability import LEAST_STRETCH, Misfit
-from vision_server.trust.ranking import COARSENING, Refined, of_fewer_lines, refined
+from vision_server.trust.ranking import COARSENING, Refined, refined
 
 # Of the logarithm of an axis' scale, one sd: of what is still taken for the same part (by hand), and of what
 # a true model may have, which moves the pose by a third of what counts as wrong.
@@ -50,7 +50,6 @@ def misfit(best: Refined) -> Misfit:
     step, covariance = strain_of(best.problem.model, best.solution, 3)
     significance = significance_of(step, covariance)
     gain, found = 0.0, np.r_[step, np.zeros(3)]
-    best = of_fewer_lines(best)
     starts = _scanned(best) if best.support.supported_fraction < ENOUGH_SUPPORT else []
     itself = refined(best.problem, best.pose, FIT_REACHES_PX, best.spacing_px, COARSENING) if starts else None
     better_one = best if itself is None else itself
