@@ -104,11 +104,9 @@ opened(Type, Socket) :-
 zmq_monitored(Socket, Monitor, Goal) :-
     flag(bridge_zmq_monitor, N, N+1),
     atom_concat('inproc://monitor-', N, Endpoint),
-    setup_call_cleanup(zmq_monitor_(Socket, Endpoint),
-                       setup_call_cleanup(zmq_socket(pair, Monitor, []),
-                                          ( zmq_connect(Monitor, Endpoint), once(Goal) ),
-                                          ( zmq_unmonitor_(Socket), zmq_close(Monitor) )),
-                       zmq_unmonitor_(Socket)).
+    setup_call_cleanup(zmq_socket(pair, Monitor, []),
+                       ( zmq_monitor_(Socket, Endpoint), zmq_connect(Monitor, Endpoint), once(Goal) ),
+                       ( zmq_unmonitor_(Socket), zmq_close(Monitor) )).
 
 %!  zmq_set(+Socket, +Option, +Value) is det.
 %
