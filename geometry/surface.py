@@ -1,14 +1,13 @@
 """Polygon surfaces: winding, closedness, and which of their edges are lines of the wireframe."""
 
 import hashlib
-import math
-from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from geometry.errors import GeometryError
+from geometry.face_edges import edges_of, pair_keys
 from geometry.polygon import area_vectors
 from numerics.arrays import Flags, Floats, Ints
 
@@ -61,17 +60,6 @@ def face_normals(vertices: Floats, faces: Sequence[Ints]) -> Floats:
     return normals
 
 
-def _edge_faces(faces: Sequence[Ints]) -> dict[tuple[int, int], list[tuple[int, bool]]]:
-    """For each undirected edge its faces, and whether the face runs along it from low to high index."""
-    out: dict[tuple[int, int], list[tuple[int, bool]]] = defaultdict(list)
-    for index, face in enumerate(faces):
-        corners = face.tolist()
-        for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
-            if a != b:
-                out[min(a, b), max(a, b)].append((index, a < b))
-    return out
-
-
 def oriented(surface: Surface) -> tuple[list[Ints], Flags]:
     """Faces with consistent winding, outwards where closed, and which faces can be seen from both sides.
 
@@ -79,84 +67,93 @@ def oriented(surface: Surface) -> tuple[list[Ints], Flags]:
     these can be wound alike; then its signed volume tells outside from inside.
     """
     faces = surface.faces
-    edges = _edge_faces(faces)
-    neighbours: list[list[tuple[int, bool]]] = [[] for _ in faces]
-    open_face = np.zeros(len(faces), dtype=bool)
-    for sharers in edges.values():
-        if len(sharers) == 2 and sharers[0][0] != sharers[1][0]:
-            (f, f_up), (g, g_up) = sharers
-            neighbours[f].append((g, f_up == g_up))
-            neighbours[g].append((f, f_up == g_up))
-        else:
-            open_face[[f for f, _ in sharers]] = True
-    flipped = np.zeros(len(faces), dtype=bool)
-    two_sided = np.zeros(len(faces), dtype=bool)
-    seen = np.zeros(len(faces), dtype=bool)
-    for start in range(len(faces)):
-        if seen[start]:
+    edges = edges_of(faces)
+    paired = edges.sharers == 2
+    paired[paired] = np.ptp(edges.pairs(paired)[0], axis=1) > 0
+    pairs, same_run = edges.pairs(paired)
+    component, flipped, open_ended = _wound(len(faces), pairs, same_run)
+    open_ended[component[edges.face[np.repeat(~paired, edges.sharers)]]] = True
+    two_sided = open_ended[component]
+    wound = [_turned(face, turn) for face, turn in zip(faces, flipped.tolist(), strict=True)]
+    inside_out = (_signed_volumes(surface.vertices, wound, component) < 0)[component] & ~two_sided
+    return [_turned(face, turn) for face, turn in zip(wound, inside_out.tolist(), strict=True)], two_sided
+
+
+def _wound(count: int, pairs: Ints, same_run: Flags) -> tuple[Ints, Flags, Flags]:
+    """Components of faces that share edges by twos, and how they are wound as the first of each is.
+
+    Parameters
+    ----------
+    pairs, same_run : (P, 2), two faces that share an edge; (P,), whether they run along it the same way.
+
+    Returns
+    -------
+    For each face its component, from 0, and whether it has to be turned; of each component, whether its faces
+    cannot be wound alike.
+    """
+    source, target, same = pairs.ravel(), pairs[:, ::-1].ravel(), np.repeat(same_run, 2)
+    order = np.argsort(source, kind="stable")
+    begin = np.searchsorted(source[order], np.arange(count + 1)).tolist()  # of each face's neighbours
+    neighbours, same_runs = target[order].tolist(), same[order].tolist()
+    component, flipped, twisted = [-1] * count, [False] * count, list[bool]()
+    for start in range(count):
+        if component[start] >= 0:
             continue
-        seen[start] = True
-        component, twisted = [start], False
-        for f in component:
-            for g, same_run in neighbours[f]:
-                turned = bool(flipped[f]) != same_run
-                if not seen[g]:
-                    seen[g], flipped[g] = True, turned
-                    component.append(g)
+        number, queue = len(twisted), [start]
+        component[start] = number
+        twisted.append(False)
+        for f in queue:
+            for k in range(begin[f], begin[f + 1]):
+                g, turned = neighbours[k], flipped[f] != same_runs[k]
+                if component[g] < 0:
+                    component[g], flipped[g] = number, turned
+                    queue.append(g)
                 elif flipped[g] != turned:
-                    twisted = True
-        if twisted or open_face[component].any():
-            two_sided[component] = True
-        elif _signed_volume(surface.vertices, [_turned(faces[f], bool(flipped[f])) for f in component]) < 0:
-            flipped[component] ^= True
-    return [_turned(face, bool(turn)) for face, turn in zip(faces, flipped, strict=True)], two_sided
+                    twisted[number] = True
+    return np.array(component, np.int64), np.array(flipped, np.bool_), np.array(twisted, np.bool_)
 
 
 def _turned(face: Ints, turn: bool) -> Ints:
     return face[::-1].copy() if turn else face
 
 
-def _signed_volume(vertices: Floats, faces: list[Ints]) -> float:
-    first = vertices[[face[0] for face in faces]]
-    return float(np.sum(area_vectors(vertices, faces) * (first - first[0])) / 3.0)
+def _signed_volumes(vertices: Floats, faces: list[Ints], component: Ints) -> Floats:
+    """What each component (F,) of faces encloses, m^3; negative where they are wound inwards."""
+    first = vertices[[face[0] for face in faces]].reshape(-1, 3)
+    _, begin = np.unique(component, return_index=True)
+    enclosed = (area_vectors(vertices, faces) * (first - first[begin][component])).sum(axis=1) / 3.0
+    return np.asarray(np.bincount(component, enclosed))
 
 
 def wireframe(surface: Surface, faces: list[Ints]) -> tuple[Ints, Ints, Flags]:
     """Lines (L, 2), the faces beside them (L, 2) with -1 for none, and which are smooth (L,)."""
     normals = face_normals(surface.vertices, faces)
-    drawn = {(min(a, b), max(a, b)) for a, b in surface.drawn.tolist()}
-    lines: list[tuple[int, int]] = []
-    beside: list[tuple[int, int]] = []
-    smooth: list[bool] = []
-    edges = _edge_faces(faces)
-    for edge, sharers in edges.items():
-        kind = _kind(surface, normals, sharers)
-        if edge in drawn:
-            kind = "sharp"
-        if kind == "flat":
-            continue
-        pair = [f for f, _ in sharers] if len(sharers) <= 2 else []
-        lines.append(edge)
-        beside.append((pair[0] if pair else -1, pair[1] if len(pair) == 2 else -1))
-        smooth.append(kind == "smooth")
-    for edge in sorted(drawn - edges.keys()):
-        lines.append(edge)
-        beside.append((-1, -1))
-        smooth.append(False)
+    edges = edges_of(faces)
+    paired = edges.sharers == 2
+    pairs, same_run = edges.pairs(paired)
+    flat, smooth = np.zeros((2, len(paired)), dtype=np.bool_)
+    flat[paired], smooth[paired] = _flat_and_smooth(surface, normals, pairs, same_run)
+    beside = np.full((len(paired), 2), -1)
+    beside[paired] = pairs
+    beside[edges.sharers == 1, 0] = edges.face[edges.begin[edges.sharers == 1]]
+    drawn = np.unique(np.sort(surface.drawn, axis=1), axis=0)
+    known, told = pair_keys(*edges.ends.T), pair_keys(*drawn.T)
+    is_drawn = np.isin(known, told)
+    kept = is_drawn | ~flat
+    alone = drawn[~np.isin(told, known)]
     return (
-        np.array(lines, dtype=np.int64).reshape(-1, 2),
-        np.array(beside, dtype=np.int64).reshape(-1, 2),
-        np.array(smooth, dtype=bool),
+        np.concatenate([edges.ends[kept], alone]),
+        np.concatenate([beside[kept], np.full_like(alone, -1)]),
+        np.concatenate([(smooth & ~is_drawn)[kept], np.zeros(len(alone), dtype=np.bool_)]),
     )
 
 
-def _kind(surface: Surface, normals: Floats, sharers: list[tuple[int, bool]]) -> str:
-    if len(sharers) != 2:
-        return "sharp"
-    (f, f_up), (g, g_up) = sharers
-    cosine = float(normals[f] @ normals[g]) * (-1.0 if f_up == g_up else 1.0)
-    angle_deg = math.degrees(math.acos(min(1.0, max(-1.0, cosine))))
-    if angle_deg < surface.flat_deg:
-        return "flat"
-    same_group = surface.groups[f] >= 0 and surface.groups[f] == surface.groups[g]
-    return "smooth" if same_group or angle_deg < surface.sharp_deg else "sharp"
+def _flat_and_smooth(surface: Surface, normals: Floats, pairs: Ints, same_run: Flags) -> tuple[Flags, Flags]:
+    """Which edges between two faces each, (P, 2), are no lines, and which are lines of a curved surface."""
+    one, other = normals[pairs].transpose(1, 0, 2)
+    cosine = (one * other).sum(axis=1) * np.where(same_run, -1.0, 1.0)
+    angle_deg = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))
+    group = surface.groups[pairs]
+    of_one_group = (group[:, 0] >= 0) & (group[:, 0] == group[:, 1])
+    flat = angle_deg < surface.flat_deg
+    return flat, ~flat & (of_one_group | (angle_deg < surface.sharp_deg))
