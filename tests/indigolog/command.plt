@@ -92,6 +92,10 @@ test(traces_search, true == Said) :-
     run(['search([inc, inc])', '--trace'], "", _, _, Errors),
     said(Errors, "search found a plan of 2 actions", Said).
 
+test(trace_is_a_known_topic, true(Said \== true)) :-
+    run(['search([inc, inc])', '--trace'], "", _, _, Errors),
+    said(Errors, "debug topic", Said).
+
 test(traces_events, true == Said) :-
     run(['[wait, look]', '--online', '--trace'], "bump\nopen\n", _, _, Errors),
     said(Errors, "exogenous action bump", Said0),
