@@ -154,7 +154,9 @@ true_in(P, S) =>
 %   Goal is the value of Formula: a fluent that stands alone is true when its value is.
 
 call_goal(Goal, P, Module) :-
-    (   callable(Goal)
+    (   callable(Goal),
+        Goal \== [],
+        Goal \= [_|_]                     % which Prolog would load as files
     ->  Module:Goal
     ;   throw(error(golog(not_a_formula(P, Goal)), _))
     ).

@@ -15,6 +15,8 @@ A problem is problem(Kind, File, Line, What); Kind is `error` or `warning`.
 :- use_module('../language/binding', [bound_names/2]).
 :- use_module(formula_checks, [formula_problem/5, undeclared_instance/3]).
 :- use_module(loop_variables, [kept_variable/3]).
+:- use_module(misspelt_axioms, [misspelt_axiom/3]).
+:- use_module(negated_variables, [negated_variable/3]).
 :- use_module(program_checks).
 :- use_module('../language/semantics', [construct/2]).
 :- use_module('../language/theory').
@@ -88,14 +90,7 @@ theory_problem(Theory, Module, Kind, What, Ref) :-
     clause(Module:Head, _, Ref),
     axiom_problem(Head, Theory, Kind, What).
 theory_problem(Theory, Module, Kind, What, Ref) :-
-    member(Head-Label-P,
-           [ poss(A, P)-of(poss, A)-P,
-             causes_val(A, _, _, P)-of(effect, A)-P,
-             causes_true(A, _, P)-of(effect, A)-P,
-             causes_false(A, _, P)-of(effect, A)-P,
-             senses(A, _, _, _, P)-of(sensing, A)-P,
-             settles(A, _, _, _, P)-of(sensing, A)-P,
-             rejects(A, _, _, _, P)-of(sensing, A)-P ]),
+    condition(Head, Label, P),
     clause(Module:Head, _, Ref),
     bound_names(P, Names),
     formula_problem(P, in(Label, Names), Theory, Kind, What).
@@ -167,6 +162,14 @@ theory_problem(_, Module, error, axiom_arity(Name/Arity, Expected), Ref) :-
     \+ predicate_property(Module:Head, imported_from(_)),
     findall(Name/N, theory_predicate(Name/N), Expected),
     clause(Module:Head, _, Ref).
+theory_problem(_, Module, warning, misspelt(Name/Arity, Meant), Ref) :-
+    misspelt_axiom(Module, Name/Arity, Meant),
+    functor(Head, Name, Arity),
+    once(clause(Module:Head, _, Ref)).
+theory_problem(_, Module, warning, negated_variable(in(Label, []), V, Negation), Ref) :-
+    ( condition(Head, Label, Term) ; Head = proc(Label, Term) ),
+    clause(Module:Head, _, Ref),
+    negated_variable(Term, V, Negation).
 theory_problem(_, Module, warning, kept_variable(in(Name, []), Part), Ref) :-
     clause(Module:proc(Name, Body), Condition, Ref),
     once(kept_variable(Body, Name-Body-Condition, Part)).
@@ -175,6 +178,15 @@ theory_problem(Theory, Module, warning, recursion(Name, Path), Ref) :-
     nonvar(Name),
     unguarded_call(Body, Theory, Call),
     comes_back(Call, Name, Theory, [Name], Path).
+
+% condition(?Axiom, -Label, -Formula): Axiom applies where Formula holds.
+condition(poss(A, P), of(poss, A), P).
+condition(causes_val(A, _, _, P), of(effect, A), P).
+condition(causes_true(A, _, P), of(effect, A), P).
+condition(causes_false(A, _, P), of(effect, A), P).
+condition(senses(A, _, _, _, P), of(sensing, A), P).
+condition(settles(A, _, _, _, P), of(sensing, A), P).
+condition(rejects(A, _, _, _, P), of(sensing, A), P).
 
 assigning(set(_)).
 assigning(unset(_)).
@@ -279,5 +291,8 @@ program_problems(Program, Problems) :-
             ;   Kind = warning,
                 What = kept_variable(in(program, Names), Part),
                 once(kept_variable(Program, Program, Part))
+            ;   Kind = warning,
+                What = negated_variable(in(program, Names), V, Negation),
+                negated_variable(Program, V, Negation)
             ),
             Problems).

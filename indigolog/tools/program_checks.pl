@@ -12,7 +12,8 @@ is in(Label, Names): Names are the variables that constructs around it may bind.
 
 :- use_module(library(apply), [maplist/2]).
 :- use_module(library(lists), [member/2, memberchk/2]).
-:- use_module(formula_checks).
+:- use_module(formula_checks, [constant/3, domain_problem/5, formula_problem/5, unused_variable/4]).
+:- use_module(formula_parts, [connective/3, is_formula/2, procedure_kind/3]).
 :- use_module('../language/semantics', [construct/2, program_part/2]).
 :- use_module('../language/theory').
 
@@ -23,22 +24,16 @@ is in(Label, Names): Names are the variables that constructs around it may bind.
 body_problem(Body, In, Theory, Kind, What) :-
     (   var(Body)
     ->  fail
-    ;   is_formula(Body, Theory)
+    ;   stands_for_formula(Body, Theory)
     ->  formula_problem(Body, In, Theory, Kind, What)
     ;   program_problem(Body, In, Theory, Kind, What)
     ).
 
-is_formula(P, Theory) :-
-    callable(P),
-    \+ is_list(P),
-    (   connective(P, _, _)
+stands_for_formula(E, Theory) :-
+    (   is_formula(E, Theory)
     ->  true
-    ;   fluent_template(Theory, P, _)
-    ->  true
-    ;   \+ construct(P, _),
-        \+ action_template(Theory, P, _),
-        \+ called_procedure(Theory, P),
-        goal_exists(P, Theory)
+    ;   called_procedure(Theory, E)
+    ->  procedure_kind(E, Theory, formula)
     ).
 
 %!  program_problem(+Program, +In, +Theory, -Kind, -What) is nondet.
@@ -63,9 +58,13 @@ program_problem(E, In, Theory, Kind, What) :-
     ->  In = in(_, Names),
         \+ memberchk(E, Names),           % it stands for a program that is picked
         (   called_procedure(Theory, E)
-        ->  no_clause(E, In, Theory),
-            Kind = warning,
-            What = no_clause(In, E)
+        ->  (   procedure_kind(E, Theory, formula)
+            ->  Kind = error,
+                What = formula_run(In, E)
+            ;   no_clause(E, In, Theory),
+                Kind = warning,
+                What = no_clause(In, E)
+            )
         ;   action_template(Theory, E, _)
         ->  Kind = warning,
             (   \+ action_template(Theory, E, prim)

@@ -106,6 +106,25 @@ test(bound_anew, [forall(member(Loop, ["for(I, [1, 2], note(I))", "for(I, L, not
     format(string(Clause), "proc(all(L), [~s, ?(L = [_|_])]).", [Loop]),
     printed(["fun_fluent(n).", "initially(n, 0).", "prim_action(note(_)).", "poss(note(_), true).", Clause], Lines).
 
+% A value may have the name of the fluent whose value it is.
+test(a_record_is_compared, [forall(member(Formula, ["at = at(_, _)", "at(_, 2) = at", "some([x, y], at = at(x, y))",
+                                                    "and(S = at(1, 2), at = S)"])),
+                            true(Lines == [])]) :-
+    format(string(Clause), "proc(there, ~s).", [Formula]),
+    printed(["fun_fluent(at).", "initially(at, at(1, 2)).", Clause], Lines).
+
+% What binds a variable, or gives it a domain, comes before it is negated; a helper may be named nearly as an axiom.
+test(not_wrong, [forall(member(Clause, ["proc(go, pi(l, [?(lamp(l)), ?(neg(lit(l))), note(l)])).",
+                                        "proc(go, pi((l, [a]), [?(neg(lit(l))), note(l)])).",
+                                        "proc(dark, neg(some(l, lit(l)))).",
+                                        "proc(dark, all(l, neg(lit(l)))).",
+                                        "proc(dark, either). proc(either, or(lit(a), lit(b))). proc(go, ?(dark)).",
+                                        "proc(go, run(note(a))). proc(run(E), E).",
+                                        "proc(go, ?(post(a, _))). post(a, b)."])),
+                 true(Lines == [])]) :-
+    printed(["rel_fluent(lit(_)).", "initially(lit(_), false).", "lamp(a).",
+             "prim_action(note(_)).", "poss(note(_), true).", Clause], Lines).
+
 test(all_are_wrong, true(Count >= 25)) :-
     findall(T, ( documented(T, _, Printed), Printed \== [] ), Titles),
     length(Titles, Count).
