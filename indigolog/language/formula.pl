@@ -258,12 +258,8 @@ value_of(F, Kind, S, V) :-
             )
         ;   instance_value(Status, F, V)
         )
-    ;   fluent_instance(F, S),
-        (   ground(F)
-        ->  fluent_status(F, S, Status),
-            instance_value(Status, F, V)
-        ;   fluent_value(F, S, V)
-        )
+    ;   fluent_instance(F, S, Status),
+        instance_value(Status, F, V)
     ).
 
 instance_value(v(V0), _, V) =>

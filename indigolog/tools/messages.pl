@@ -2,7 +2,7 @@
 /** <module> What the interpreter says */
 
 :- use_module(library(lists), [append/3, member/2]).
-:- use_module('../language/progression', [history_situation/2]).
+:- use_module('../language/history', [history_situation/2]).
 :- use_module(explain, [why/3]).
 :- use_module(explanation_text, [explanations//1, shown_program/2]).
 :- use_module(problem_texts, [hint//1, problem//1]).

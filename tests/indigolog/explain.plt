@@ -2,7 +2,7 @@
 :- use_module(library(plunit)).
 :- use_module('../../indigolog/indigolog').
 :- use_module('../../indigolog/tools/explain', [why/3]).
-:- use_module('../../indigolog/language/progression', [history_situation/2]).
+:- use_module('../../indigolog/language/history', [history_situation/2]).
 :- use_module('../../indigolog/tools/effort', [found_within/5]).
 :- use_module(library(lists), [member/2]).
 
