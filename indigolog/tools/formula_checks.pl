@@ -29,8 +29,8 @@ formula_problem(P, In, Theory, Kind, What) :-
         ;   member(T, Terms),
             \+ compared_record(T, P, In, Theory),
             term_problem(T, In, Theory, Kind, What)
-        ;   comparison(P),
-            member(T, Terms),
+        ;   calculated(P, Ts),
+            member(T, Ts),
             number_problem(T, In, Theory, Kind, What)
         ;   unused_variable(P, In, Kind, What)
         ;   result_problem(P, In, Theory, What),
@@ -79,10 +79,15 @@ equality_problem(X, Y, In, Theory, What) :-
     ->  What = never_equal(In, F, V)
     ).
 
-comparison(P) :-
+% calculated(+Formula, -Terms): the sides of a comparison of numbers, or what is/2 evaluates.
+calculated(P, Ts) :-
     compound(P),
-    P =.. [Name, _, _],
-    memberchk(Name, [<, >, =<, >=, =:=, =\=]).
+    P =.. [Name|Sides],
+    (   memberchk(Name, [<, >, =<, >=, =:=, =\=])
+    ->  Ts = Sides
+    ;   Name == (is)
+    ->  Sides = [_|Ts]
+    ).
 
 argument_problem(P, In, Theory, Kind, What) :-
     compound(P),
@@ -133,6 +138,12 @@ number_problem(T, In, Theory, error, no_number(In, T)) :-
     \+ memberchk(T, Variables),
     \+ fluent_template(Theory, T, _),
     \+ current_arithmetic_function(T).
+number_problem(T, In, Theory, Kind, What) :-
+    compound(T),
+    \+ fluent_template(Theory, T, _),
+    current_arithmetic_function(T),
+    arg(_, T, A),
+    number_problem(A, In, Theory, Kind, What).
 
 %!  domain_problem(+Variables, +In, +Theory, -Kind, -What) is nondet.
 

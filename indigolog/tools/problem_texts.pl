@@ -60,7 +60,7 @@ said(procedure_tested(In, P), In, '~q stands where a formula must, and is a proc
 said(formula_run(In, P), In, '~q stands where a program must, and is a formula: ?(~q) tests it', ['$pi'(P), P]).
 said(unknown_formula(In, P), In, '~q is neither a fluent nor an abbreviation nor a predicate', ['$pi'(P)]).
 said(fluent_arity(In, F, Declared), In, '~q has the name of the fluent ~q', ['$pi'(F), Declared]).
-said(no_number(In, T), In, '~q is compared as a number, and is neither a fluent nor bound by pi or some', [T]).
+said(no_number(In, T), In, '~q is calculated with, and is neither a fluent nor bound by pi or some', [T]).
 said(constant_equality(In, P), In, '~q compares constants: neither side is a fluent', [P]).
 said(never_equal(In, F, V), In, 'relational fluent ~q is compared with ~q, neither true nor false', [F, V]).
 said(undeclared_instance(In, F), In, 'fluent ~q is not one of those that are declared', [F]).

@@ -49,6 +49,8 @@ why(holds(or(lit(a), counter > 3)),
 why(holds(neg(counter = 0)), [false(neg(counter = 0), [true(counter = 0, [value(counter, 0)])])]).
 why(holds(all((l, [a, b]), lit(l))), [false(all((l, [a, b]), lit(l)), [false(lit(a), [])])]).
 why(holds(all_lit), [false(all_lit, [false(lit(a), [])])]).
+why(holds(neg(some((l, [b, c]), neg(lit(l))))),
+    [false(neg(some((l, [b, c]), neg(lit(l)))), [true(some((l, [b, c]), neg(lit(l))), [value(lit(b), false)])])]).
 why(holds(some((l, [a, b]), lit(l))),
     [false(some((l, [a, b]), lit(l)), [false(lit(a), []), false(lit(b), [])])]).
 why(holds(door = open), [false(door = open, [value(door, unknown)])]).
