@@ -18,6 +18,7 @@ A problem is problem(Kind, File, Line, What); Kind is `error` or `warning`.
 :- use_module(misspelt_axioms, [misspelt_axiom/3]).
 :- use_module(negated_variables, [negated_variable/3]).
 :- use_module(program_checks).
+:- use_module(unused_clauses, [unused_clause/4]).
 :- use_module('../language/semantics', [construct/2]).
 :- use_module('../language/theory').
 
@@ -162,6 +163,8 @@ theory_problem(_, Module, error, axiom_arity(Name/Arity, Expected), Ref) :-
     \+ predicate_property(Module:Head, imported_from(_)),
     findall(Name/N, theory_predicate(Name/N), Expected),
     clause(Module:Head, _, Ref).
+theory_problem(_, Module, warning, unused_clause(in(Head, []), First), Ref) :-
+    unused_clause(Module, Head, Ref, First).
 theory_problem(_, Module, warning, misspelt(Name/Arity, Meant), Ref) :-
     misspelt_axiom(Module, Name/Arity, Meant),
     functor(Head, Name, Arity),
@@ -176,8 +179,7 @@ theory_problem(_, Module, warning, kept_variable(in(Name, []), Part), Ref) :-
 theory_problem(Theory, Module, warning, recursion(Name, Path), Ref) :-
     clause(Module:proc(Name, Body), true, Ref),
     nonvar(Name),
-    unguarded_call(Body, Theory, Call),
-    comes_back(Call, Name, Theory, [Name], Path).
+    recursion(Name, Body, Theory, Path).
 
 % condition(?Axiom, -Label, -Formula): Axiom applies where Formula holds.
 condition(poss(A, P), of(poss, A), P).
@@ -190,21 +192,6 @@ condition(rejects(A, _, _, _, P), of(sensing, A), P).
 
 assigning(set(_)).
 assigning(unset(_)).
-
-% comes_back(+Call, +Name, +Theory, +Before, -Path): without an action in between,
-% and through procedures whose clauses have no condition.
-comes_back(Call, Name, _, Before, [Call|Before]) :-
-    functor(Call, F, N),
-    functor(Name, F, N),
-    !.
-comes_back(Call, Name, Theory, Before, Path) :-
-    \+ ( member(Earlier, Before),
-         functor(Earlier, F, N),
-         functor(Call, F, N) ),
-    theory_module(Theory, Module),
-    clause(Module:proc(Call, Body), true),
-    unguarded_call(Body, Theory, Next),
-    comes_back(Next, Name, Theory, [Call|Before], Path).
 
 % speaks_of(?Axiom, -Name, -Action, -Fluent): `none` where it does not.
 speaks_of(poss(A, _), precondition, A, none).

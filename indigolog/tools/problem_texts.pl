@@ -26,6 +26,13 @@ problem(kept_variable(In, Part)) -->
       maplist(=('$VAR'('_')), Variables) },
     [ 'a variable in ~W keeps in every round of the loop the value of the first: bind it with pi or some'-
           [Shown, [quoted(true), numbervars(true)]] ].
+problem(unused_clause(In, clause(File, Line))) -->
+    inside(In),
+    (   { File == same }
+    ->  [ 'the clause in line ~d comes first and matches all that this one does'-[Line] ]
+    ;   { file_base_name(File, Name) },
+        [ 'the clause in ~w, line ~d, comes first for the same calls: another name is needed'-[Name, Line] ]
+    ).
 problem(negated_variable(In, V, Negation)) -->
     inside(In),
     [ '~q has no value yet where ~q asks of it, which is true only where it is so of no ~q: give it a domain, or bind it before'-

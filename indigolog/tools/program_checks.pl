@@ -1,7 +1,7 @@
 :- module(indigolog_program_checks,
           [ program_problem/5,        % +Program, +In, +Theory, -Kind, -What
             body_problem/5,           % +Body, +In, +Theory, -Kind, -What
-            unguarded_call/3,         % +Body, +Theory, -Call
+            recursion/4,              % +Name, +Body, +Theory, -Path
             near_miss/3               % +Theory, +Term, -Indicator
           ]).
 /** <module> What is wrong inside programs
@@ -158,9 +158,30 @@ near_miss(Theory, Term, Name/Arity) :-
     Arity =\= Arity0,
     !.
 
-%!  unguarded_call(+Body, +Theory, -Call) is nondet.
+%!  recursion(+Name, +Body, +Theory, -Path) is nondet.
 %
-%   Call is a procedure call that Body may come to before an action or a test.
+%   The procedure Name may come from Body back to itself before an action or a test, by the calls in Path.
+
+recursion(Name, Body, Theory, Path) :-
+    unguarded_call(Body, Theory, Call),
+    comes_back(Call, Name, Theory, [Name], Path).
+
+% comes_back(+Call, +Name, +Theory, +Before, -Path): without an action in between,
+% and through procedures whose clauses have no condition.
+comes_back(Call, Name, _, Before, [Call|Before]) :-
+    functor(Call, F, N),
+    functor(Name, F, N),
+    !.
+comes_back(Call, Name, Theory, Before, Path) :-
+    \+ ( member(Earlier, Before),
+         functor(Earlier, F, N),
+         functor(Call, F, N) ),
+    theory_module(Theory, Module),
+    clause(Module:proc(Call, Body), true),
+    unguarded_call(Body, Theory, Next),
+    comes_back(Next, Name, Theory, [Call|Before], Path).
+
+% unguarded_call(+Body, +Theory, -Call): a procedure call that Body may come to before an action or a test.
 
 unguarded_call(E, Theory, Call) :-
     nonvar(E),
