@@ -85,6 +85,8 @@ said(no_seconds(In, E, T), In, '~q takes a number of seconds, not ~q', ['$pi'(E)
 said(no_list(In, E, A), In, '~q takes a list, not ~q', ['$pi'(E), A]).
 said(no_result(In, P, R), In, '~q gives its result to ~q, an atom that neither pi nor some binds: a Prolog variable takes it',
      ['$pi'(P), R]).
+said(captured_value(In, V), In, '~q is the name of a variable here and a value elsewhere: where the value comes in it is taken for \
+the variable', [V]).
 said(unused(In, Construct, V), In, '~w binds ~q, which is not used', [Construct, V]).
 said(no_poss(A), none, 'action ~q has no precondition axiom and will never be possible', ['$pi'(A)]).
 said(no_initial(F), none, 'fluent ~q has no initial value', ['$pi'(F)]).
