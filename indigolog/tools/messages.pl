@@ -55,6 +55,9 @@ message(prompt(sensing(A, Results))) -->
         [ ' (~w)'-[Text] ]
     ),
     [ '? ', flush ].
+message(long_execution(N)) -->
+    [ '~D actions and no end yet: a loop that never ends goes on until half of the stack is used, for minutes;'-[N], nl,
+      'Ctrl-C ends it, and a limit (--max-actions, do/4) before that'-[] ].
 message(prompt(step)) -->
     [ '> ', flush ].
 message(prompt(exogenous)) -->
