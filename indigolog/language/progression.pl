@@ -223,7 +223,13 @@ bind_equalities(Condition, S) :-
 % several (possible_value/2): what the action leads to from some world.
 
 possible_effect(e(A, R), S, Effect) =>
-    result_effect(A, R, S, Effect).
+    (   result_effect(A, R, S, Effect)
+    ;   Effect = open(F, V, know(C)),
+        situation_module(S, Module),
+        Module:senses(A, R, F, V, C),
+        \+ ground(F),
+        effect_of(F, V, C, S, open(_, _, _))
+    ).
 possible_effect(sim(A), S, Effect) =>
     possible_effect(A, S, Effect).
 possible_effect(A, S, Effect) =>

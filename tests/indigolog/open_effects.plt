@@ -53,7 +53,9 @@ test(possible_values, [forall(member(History-Fluent-Possible,
                                        [put(3, 1), reset]-v(3)-[1], [if_box]-v(2)-[5, 7],
                                        [if_box]-v(1)-[5, 6], [if_box, reset]-v(2)-[5, 0],
                                        [knock(1), if_box]-v(2)-[5, 7], [hidden, reset]-v(1)-[9, 0],
-                                       [hidden, reset]-v(3)-[0] ])),
+                                       [hidden, reset]-v(3)-[0], [e(look, 9), look]-v(2)-[9],
+                                       [e(peek, 9), peek]-v(2)-[7],
+                                       [e(peek, 9), peek, e(knock(2), yes)]-v(2)-[9] ])),
                       setup(load_uncertain), cleanup(load), true(Values == Possible)]) :-
     findall(V, ( member(V, [0, 1, 5, 6, 7, 9]), \+ holds(neg(Fluent = V), History) ), Values0),
     msort(Possible, Sorted),
@@ -66,6 +68,8 @@ load_uncertain :-
          prim_action(knock(_)).        poss(knock(_), true).   settles(knock(B), yes, box, B, true).
          prim_action(put(_, _)).       poss(put(_, _), true).  causes_val(put(K, X), v(K), X, true).
          prim_action(reset).           poss(reset, true).      causes_val(reset, v(_), 0, true).
+         prim_action(look).            poss(look, true).       senses(look, R, v(_), R, true).
+         prim_action(peek).            poss(peek, true).       senses(peek, R, v(_), R, box = 2).
          prim_action(if_box).          poss(if_box, true).     causes_val(if_box, v(_), 5, box = 1).
                                                                causes_val(if_box, v(1), 6, true).
          prim_action(hidden).          poss(hidden, true).     causes_val(hidden, v(K), 9, K = box).").
