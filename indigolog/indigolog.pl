@@ -37,7 +37,7 @@ Histories here are lists, newest action first.
 :- use_module(language/loading, [load_theory/1, load_theory/2, unload_theory/1]).
 :- use_module(language/theory, [in_theory/2]).
 :- use_module(language/offline, [complete/3, complete/4]).
-:- use_module(language/progression, [history_situation/2, remember_situation/1]).
+:- use_module(language/history, [history_situation/2, remember_situation/1]).
 :- use_module(language/semantics, [step/4]).
 :- use_module(language/situation, [fluent_value/3, situation_history/2, situation_length/2]).
 :- use_module(language/golog, []).

@@ -27,7 +27,7 @@
 main :-
     current_prolog_flag(argv, Argv0),
     (   Argv0 = ['--'|Argv] -> true ; Argv = Argv0 ),
-    catch(run(Argv, Status), Error, failed(Error, Status)),
+    catch(run(Argv, Status), Error, failed(Error, Argv, Status)),
     halt(Status).
 
 run(Argv, Status) :-
@@ -42,7 +42,7 @@ run(Argv, Status) :-
         Status = 0
     ;   Words = [Theory, Text]
     ->  program(Text, Program),
-        catch(load_theory(Theory), error(existence_error(source_sink, Theory), _), no_theory(Theory)),
+        catch(load_theory(Theory), error(existence_error(source_sink, Theory), _), throw(no_theory(Theory))),
         known_program(Program),
         (   option(trace(true), Options)
         ->  debug(indigolog)
@@ -265,33 +265,33 @@ own_step(e(_, _)).
 own_step(test(_)).
 own_step(wait).
 
-failed(usage(Message), 2) :-
+failed(usage(Message), _, 2) :-
     !,
     say('~w', [Message]),
     format(user_error, "~w~n", ['Try: swipl indigolog/run.pl -- --help']).
-failed(stopped(_), 1) :-
+failed(stopped(_), _, 1) :-
     !,
     say('stopped', []).
-failed(unwind(halt(Status)), Status) :-
+failed(unwind(halt(Status)), _, Status) :-
     !.
-failed(error(golog(reported), _), 2) :-
+failed(error(golog(reported), _), _, 2) :-
     !.
-failed(no_theory(Theory), 2) :-
+failed(no_theory(Theory), _, 2) :-
     !,
     say('no theory file ~w', [Theory]).
-failed(error(Why, _), 2) :-
+failed(error(Why, _), Argv, 2) :-
     cannot_open(Why, File),
+    member(Word, Argv),
+    atom_concat(Before, File, Word),
+    memberchk(Before, ['', '--journal=', '--resume=', '--replay=']),
     !,
     say('cannot open the journal ~w', [File]).
-failed(Error, 2) :-
+failed(Error, _, 2) :-
     phrase('$messages':translate_message(Error), Parts),
     with_output_to(string(Text), print_message_lines(current_output, '', Parts)),
     say('Error: ~w', [Text]).
 
-no_theory(Theory) :-
-    throw(no_theory(Theory)).
-
-% Files of a run other than the theory are journals.
+% Files that the command names, other than the theory, are journals.
 cannot_open(existence_error(source_sink, File), File).
 cannot_open(permission_error(open, source_sink, File), File).
 

@@ -154,7 +154,9 @@ true_in(P, S) =>
 %   Goal is the value of Formula: a fluent that stands alone is true when its value is.
 
 call_goal(Goal, P, Module) :-
-    (   callable(Goal)
+    (   callable(Goal),
+        Goal \== [],
+        Goal \= [_|_]                     % which Prolog would load as files
     ->  Module:Goal
     ;   throw(error(golog(not_a_formula(P, Goal)), _))
     ).
@@ -256,12 +258,8 @@ value_of(F, Kind, S, V) :-
             )
         ;   instance_value(Status, F, V)
         )
-    ;   fluent_instance(F, S),
-        (   ground(F)
-        ->  fluent_status(F, S, Status),
-            instance_value(Status, F, V)
-        ;   fluent_value(F, S, V)
-        )
+    ;   fluent_instance(F, S, Status),
+        instance_value(Status, F, V)
     ).
 
 instance_value(v(V0), _, V) =>

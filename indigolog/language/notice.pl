@@ -4,8 +4,11 @@
           ]).
 /** <module> Telling what is going on, for those who asked */
 
-:- use_module(library(debug), [debugging/1]).
+:- use_module(library(debug), [debugging/1, debugging/2, nodebug/1]).
 :- use_module(library(lists), [memberchk/2]).
+
+% So that it is a known topic, too, where this file was compiled before it is loaded.
+:- ( debugging(indigolog, _) -> true ; nodebug(indigolog) ).
 
 %!  progress_message(+Message) is det.
 %

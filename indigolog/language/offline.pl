@@ -17,6 +17,9 @@ Do(E, S, S1): Trans* from (E, S) to a configuration that is Final.
 % actions.  They wait on the stack; a step that leaves none does not count.
 most_open(100_000).
 
+% Actions after which a loop that never ends is likely, and goes on for minutes: a power of two, chosen by hand.
+long_execution(262_144).
+
 % Share of the stack that an execution may fill; chosen by hand.
 most_of_stack(0.5).
 
@@ -91,6 +94,7 @@ onward(E, S, Mark, Open, Limit, S1) :-
 
 % Looked at every 4096 actions: beyond half of it, Prolog may not find room to tell of an overflow.
 within_stack(N) :-
+    ( long_execution(N) -> print_message(warning, golog(long_execution(N))) ; true ),
     most_of_stack(Share),
     current_prolog_flag(stack_limit, Limit),
     Most is Share*Limit,

@@ -3,14 +3,11 @@
             progress_plain/3,         % +Action, +Situation, -NewSituation
             effect_of/5,              % +Fluent, +Value, +Condition, +Situation, -Effect
             stop_interrupts/3,        % +Depth, +Situation, -NewSituation
-            stopped_depth/2,          % +Situation, -Depth
-            history_situation/2,      % +History, -Situation
-            remember_situation/1      % +Situation
+            stopped_depth/2           % +Situation, -Depth
           ]).
 /** <module> What actions do to situations */
 
-:- use_module(library(apply), [exclude/3]).
-:- use_module(library(error), [instantiation_error/1]).
+:- use_module(library(apply), [exclude/3, foldl/4]).
 :- use_module(library(lists), [list_to_set/2, member/2]).
 :- use_module(formula, [evaluate/3, holds_in/2, true_in/2]).
 :- use_module(initial, [declared_instance/3]).
@@ -59,7 +56,7 @@ progressed(Effects, Action, Situation, New) :-
         ground(F-V)
     ->  store(Values0, F, V, Values),
         Open = Open0
-    ;   apply_effects(Effects, [], Action, Situation, Values0, Values, Open0, Open)
+    ;   apply_effects(Effects, Action, Situation, Values0, Values, Open0, Open)
     ),
     after_effects(Action, Situation, Values, Open, New).
 
@@ -72,33 +69,51 @@ effects_certain(Action, Theory) :-
 effects_certain(e(F, _), Theory) :-
     fluent_template(Theory, F, _).
 
-apply_effects([], _, _, _, Values, Values, Open, Open).
-apply_effects([E|Es], Done, Action, Situation, Values0, Values, Open0, Open) :-
-    (   E = open(_, _, _)
-    ->  push_open(E, Situation, Values0, Values1, Open0, Open1),
-        Done1 = Done
-    ;   E = F-V,
-        (   member(Earlier, Done),
-            Earlier == F
-        ->  Values1 = Values0
-        ;   ground(F-V)
-        ->  store(Values0, F, V, Values1)
-        ;   throw(error(golog(effect_not_ground(Action, F, V)), _))
-        ),
-        Open1 = Open0,
-        Done1 = [F|Done]
+% apply_effects(+Effects, +Action, +Situation, +Values0, -Values, +Open0, -Open): of the effects on an
+% instance, in the order of their axioms, the first counts. What those on all instances overwrite is
+% looked up in Situation.
+
+apply_effects(Effects, Action, Situation, Values0, Values, Open0, Open) :-
+    first_effects(Effects, [], Action, Situation, Firsts, Opens),
+    (   Opens == []
+    ->  Open = Open0,
+        Values1 = Values0
+    ;   Open = [open(Opens, Situation)|Open0],
+        stored_pairs(Values0, Pairs0),
+        exclude(covered(Opens), Pairs0, Pairs),
+        values_of_pairs(Pairs, Values1)
     ),
-    apply_effects(Es, Done1, Action, Situation, Values1, Values, Open1, Open).
+    foldl(store_pair, Firsts, Values1, Values).
 
-% What an effect on all instances overwrites must be looked up where it was done.
-push_open(open(Pattern, Value, Condition), Situation, Values0, Values, Open,
-          [open(Pattern, Value, Condition, Situation)|Open]) :-
-    stored_pairs(Values0, Pairs0),
-    exclude(matches(Pattern), Pairs0, Pairs),
-    values_of_pairs(Pairs, Values).
+% first_effects(+Effects, +Before, +Action, +Situation, -Pairs, -Opens): Before come before Effects.
+first_effects([], _, _, _, [], []).
+first_effects([E|Es], Before, Action, Situation, Pairs, Opens) :-
+    (   E = open(_, _, _)
+    ->  Opens = [E|Opens1],
+        Pairs = Pairs1
+    ;   E = F-V,
+        ( ground(F-V) -> true ; throw(error(golog(effect_not_ground(Action, F, V)), _)) ),
+        (   member(Earlier, Before),
+            sets(Earlier, F, Situation)
+        ->  Pairs = Pairs1
+        ;   Pairs = [E|Pairs1]
+        ),
+        Opens = Opens1
+    ),
+    first_effects(Es, [E|Before], Action, Situation, Pairs1, Opens1).
 
-matches(Pattern, Fluent-_) :-
-    \+ Pattern \= Fluent.
+sets(F-_, G, _) :-
+    F == G.
+sets(open(Pattern, _, Condition), F, Situation) :-
+    \+ \+ ( Pattern = F, holds_in(Condition, Situation) ).
+
+covered(Opens, Fluent-_) :-
+    member(open(Pattern, _, _), Opens),
+    \+ Pattern \= Fluent,
+    !.
+
+store_pair(F-V, Values0, Values) :-
+    store(Values0, F, V, Values).
 
 
                 /* Effects */
@@ -141,7 +156,8 @@ sensing_effect(A, Result, S, Effect) :-
 
 %!  effect_of(+Fluent, +Value, +Condition, +Situation, -Effect) is nondet.
 %
-%   Effect of an axiom that sets Fluent to Value if Condition holds.
+%   Effect of an axiom that sets Fluent to Value if Condition holds: Fluent-Value for each instance that
+%   the declarations, or a list in Condition, name, or one on all instances.
 
 effect_of(F, V, Condition, S, Effect) :-
     (   ground(F)
@@ -164,16 +180,34 @@ instance_effect(F, V, Condition, S, Effect) :-
         (   Instances == ground
         ->  once(holds_in(Condition, S)),
             Effect = F-V
+        ;   listed(F, Condition, S)
+        ->  holds_in(Condition, S),
+            Effect = F-V
         ;   Effect = open(F, V, Condition)
         )
     ).
 
-% A condition that begins with Variable = Value says which instance is meant.
-bind_equalities(Condition, S) :-
+% Condition begins with member(Element, List), whose elements say which instances are meant.
+listed(F, Condition, S) :-
+    first_part(Condition, First),
+    nonvar(First),
+    First = member(Element, List),
+    term_variables(F, Vs),
+    term_variables(Element, Named),
+    \+ ( member(V, Vs), \+ ( member(N, Named), N == V ) ),
+    \+ \+ ( evaluate(List, S, Elements), ground(Elements), is_list(Elements) ).
+
+first_part(Condition, First) :-
     (   Condition = and(First, _)
     ->  true
+    ;   Condition = and([First|_])
+    ->  true
     ;   First = Condition
-    ),
+    ).
+
+% A condition that begins with Variable = Value says which instance is meant.
+bind_equalities(Condition, S) :-
+    first_part(Condition, First),
     (   nonvar(First),
         First = (X = Y),
         (   var(X), ground(Y)
@@ -189,17 +223,28 @@ bind_equalities(Condition, S) :-
 % several (possible_value/2): what the action leads to from some world.
 
 possible_effect(e(A, R), S, Effect) =>
-    result_effect(A, R, S, Effect).
+    (   result_effect(A, R, S, Effect)
+    ;   Effect = open(F, V, know(C)),
+        situation_module(S, Module),
+        Module:senses(A, R, F, V, C),
+        \+ ground(F),
+        effect_of(F, V, C, S, open(_, _, _))
+    ).
 possible_effect(sim(A), S, Effect) =>
     possible_effect(A, S, Effect).
 possible_effect(A, S, Effect) =>
     situation_module(S, Module),
     findall(F, ( effect_axiom(Module, A, F, _, C), possible_instance(F, C, S) ), Fs0),
     list_to_set(Fs0, Fs),
-    Effect = F-V,
-    member(F, Fs),
-    in_some_worlds(value_after(F, A), S, Vs),
-    possible_value(Vs, V).
+    (   Effect = F-V,
+        member(F, Fs),
+        in_some_worlds(value_after(F, A), S, Vs),
+        possible_value(Vs, V)
+    ;   Effect = open(_, _, _),
+        effect_axiom(Module, A, F, V, C),
+        \+ ground(F),
+        effect_of(F, V, C, S, Effect)
+    ).
 
 value_after(F, A, W, V) :-
     situation_module(W, Module),
@@ -210,15 +255,6 @@ value_after(F, A, W, V) :-
         ;   throw(error(golog(effect_not_ground(A, F, V0)), _))
         )
     ;   value_before(F, W, V)
-    ).
-
-value_before(F, W, V) :-
-    fluent_status(F, W, Status),
-    (   Status = any(Vs)
-    ->  throw(several_values(F, Vs))
-    ;   Status = v(V)
-    ->  true
-    ;   V = '$none'
     ).
 
 
@@ -238,55 +274,3 @@ stop_interrupts(Depth, Situation, New) :-
 stopped_depth(Situation, Depth) :-
     situation_values(Situation, Values),
     stored(Values, '$stopped_depth', Depth).
-
-
-                /* Histories */
-
-%!  history_situation(+History, -Situation) is det.
-%
-%   The situation after History (a list, newest action first).  The last result
-%   is remembered, so that stepping through a long history is not quadratic.
-%
-%   @error golog(unknown_entry(Action)), golog(open_action(Action)) if one of them is not
-%          an action of the theory, or has variables in it
-
-history_situation(History, Situation) :-
-    current_theory(Theory),
-    (   nb_current(indigolog_last_situation, Known0),
-        situation_theory(Known0, Theory0),
-        Theory0 == Theory
-    ->  Known = Known0
-    ;   initial_situation(Theory, Known)
-    ),
-    reach(History, Known, Theory, Situation),
-    remember_situation(Situation).
-
-remember_situation(Situation) :-
-    b_setval(indigolog_last_situation, Situation).
-
-% The caller's own list is kept as the history, so that same_term/2 finds it again.
-reach(History, Known, Theory, Situation) :-
-    (   situation_history(Known, Done),
-        same_term(Done, History)
-    ->  Situation = Known
-    ;   var(History)
-    ->  instantiation_error(History)
-    ;   History == []
-    ->  initial_situation(Theory, Situation)
-    ;   History = [A|Earlier]
-    ->  known_entry(A, Theory),
-        reach(Earlier, Known, Theory, Before),
-        progress(A, Before, Situation0),
-        with_history(History, Situation0, Situation)
-    ;   throw(error(type_error(list, History), _))
-    ).
-
-known_entry(A, Theory) :-
-    (   nonvar(A),
-        ( history_mark(A) ; A == wait ; A == abort ; assignment(A, Theory) )
-    ->  true
-    ;   callable(A),
-        action_template(Theory, A, _)
-    ->  ( ground(A) -> true ; throw(error(golog(open_action(A)), _)) )
-    ;   throw(error(golog(unknown_entry(A)), _))
-    ).

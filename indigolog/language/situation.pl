@@ -4,8 +4,9 @@
             after_effects/5,          % +Action, +Situation, +Values, +Open, -Situation1
             with_history/3,           % +History, +Situation, -Situation1
             fluent_status/3,          % +Fluent, +Situation, -Status
-            fluent_instance/2,        % ?Fluent, +Situation
+            fluent_instance/3,        % ?Fluent, +Situation, -Status
             fluent_value/3,           % ?Fluent, +Situation, -Value
+            value_before/3,           % +Fluent, +World, -Value
             known_fluents/2,          % +Situation, -Pairs
             situation_key/2,          % +Situation, -Key
             possible_value/2,         % +Values, -Stored
@@ -25,8 +26,9 @@ as many situations as it likes.
 
 Open holds effects on infinitely many instances at once (an axiom that sets a
 fluent with a free argument, where the declaration leaves it free too).  Those
-cannot be progressed: they are kept as open(Fluent, Value, Condition, Situation) with the
-situation they were done in, newest first, and looked up there.
+cannot be progressed: of each action they are kept as open(Effects, Situation), in the order
+of their axioms, each open(Fluent, Value, Condition), with the situation that the action was
+done in, newest first, and looked up there.
 
 For a fluent that may have any of several values a situation keeps `'$any'(Values)`.  A
 world is a situation in which some of these fluents were given one; it remembers the
@@ -38,9 +40,10 @@ situation that it is a world of.
             [ situation_theory/2, situation_module/2, situation_values/2, situation_history/2,
               situation_length/2, situation_open/2, values_certain/1, same_situation/2, last_action/2 ]).
 :- use_module(library(apply), [exclude/3]).
-:- use_module(library(lists), [memberchk/2]).
-:- use_module(formula, [holds_in/2]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2]).
+:- use_module(formula, [holds_in/2, true_in/2]).
 :- use_module(initial).
+:- use_module(knowledge, [in_some_worlds/3]).
 :- use_module(theory).
 :- use_module(values).
 
@@ -85,51 +88,106 @@ with_history(History, S, S1) :-
 fluent_status(Fluent, S, Status) :-
     make_situation(Theory, Values, _, _, Open, S),
     (   stored(Values, Fluent, Value)
-    ->  (   Value = '$any'(Possible)
-        ->  ( Possible == [] -> Status = unknown ; Status = any(Possible) )
-        ;   Status = v(Value)
-        )
+    ->  stored_status(Value, Status)
     ;   Open == []
     ->  initial_status(Theory, Fluent, Status)
     ;   open_status(Open, Fluent, Theory, Status)
     ).
 
+stored_status(Value, Status) :-
+    (   Value = '$any'(Possible)
+    ->  ( Possible == [] -> Status = unknown ; Status = any(Possible) )
+    ;   Status = v(Value)
+    ).
+
 open_status([], Fluent, Theory, Status) :-
     initial_status(Theory, Fluent, Status).
-open_status([open(Pattern0, Value0, Condition0, Before)|Effects], Fluent, Theory, Status) :-
-    copy_term(Pattern0-Value0-Condition0, Pattern-Value-Condition),
-    (   Pattern = Fluent
-    ->  (   holds_in(Condition, Before)
+open_status([open(Effects0, Before)|Older], Fluent, Theory, Status) :-
+    copy_term(Effects0, Effects),
+    (   \+ member(open(Fluent, _, _), Effects)
+    ->  open_status(Older, Fluent, Theory, Status)
+    ;   theory_certain(Theory)
+    ->  (   member(open(Fluent, Value, Condition), Effects),
+            holds_in(Condition, Before)
         ->  Status = v(Value)
         ;   fluent_status(Fluent, Before, Status)
         )
-    ;   open_status(Effects, Fluent, Theory, Status)
+    ;   in_some_worlds(value_set(Effects, Fluent), Before, Values),
+        possible_value(Values, Stored),
+        stored_status(Stored, Status)
     ).
 
-%!  fluent_instance(?Fluent, +Situation) is nondet.
-%
-%   Enumerate the instances of a partly bound fluent: the declared ones, in the
-%   order of declaration, or, where the declaration leaves arguments free, those
-%   that have a value.
+value_set(Effects, Fluent, World, Value) :-
+    (   member(open(Fluent, Value0, Condition), Effects),
+        true_in(Condition, World)
+    ->  Value = Value0
+    ;   value_before(Fluent, World, Value)
+    ).
 
-fluent_instance(Fluent, S) :-
+%!  value_before(+Fluent, +World, -Value) is det.
+%
+%   Value of Fluent, '$none' where it has none.
+%
+%   @throws several_values(Fluent, Values) if it has several in World
+
+value_before(F, W, V) :-
+    fluent_status(F, W, Status),
+    (   Status = any(Vs)
+    ->  throw(several_values(F, Vs))
+    ;   Status = v(V)
+    ->  true
+    ;   V = '$none'
+    ).
+
+%!  fluent_instance(?Fluent, +Situation, -Status) is nondet.
+%
+%   Enumerate the instances of a partly bound fluent, each with its status: the declared ones,
+%   in the order of declaration, or, where the declaration leaves arguments free, those that have a value.
+
+fluent_instance(Fluent, S, Status) :-
     situation_theory(S, Theory),
-    situation_values(S, Values),
     declared_instance(Theory, Fluent, Instances),
     (   Instances == ground
-    ->  true
-    ;   known_instance(Theory, Values, Fluent)
+    ->  fluent_status(Fluent, S, Status)
+    ;   situation_values(S, Values),
+        stored_pair(Values, Fluent, _),
+        fluent_status(Fluent, S, Status)
+    ;   situation_open(S, Open),
+        unstored_instance(Open, Fluent, S, Status)
     ).
 
-known_instance(_, Values, Fluent) :-
-    stored_pair(Values, Fluent, _).
-known_instance(Theory, Values, Fluent) :-
+unstored_instance([], Fluent, S, Status) :-
+    situation_theory(S, Theory),
     theory_module(Theory, Module),
-    Module:initially(Fluent, _),
+    Module:initially(Fluent, Value),
     (   ground(Fluent)
-    ->  \+ stored(Values, Fluent, _)
-    ;   true
+    ->  not_stored(Fluent, S),
+        fluent_status(Fluent, S, Status)
+    ;   Status = v(Value)
     ).
+unstored_instance([open(Effects, Before)|_], Fluent, S, Status) :-
+    findall(Fluent-Status0,
+            (   effect_instance(Effects, Before, Fluent, Status0)
+            ;   fluent_instance(Fluent, Before, Status0)
+            ),
+            Instances),
+    append(Newer, [Fluent-Status1|_], Instances),
+    \+ ( member(Newer0-_, Newer), subsumes_term(Newer0, Fluent) ),
+    (   ground(Fluent)
+    ->  not_stored(Fluent, S),
+        fluent_status(Fluent, S, Status)
+    ;   Status = Status1
+    ).
+
+% What an effect on all instances gives a value, where its condition can tell without being given one.
+effect_instance(Effects0, Before, Fluent, v(Value)) :-
+    copy_term(Effects0, Effects),
+    member(open(Fluent, Value, Condition), Effects),
+    catch(holds_in(Condition, Before), error(instantiation_error, _), fail).
+
+not_stored(Fluent, S) :-
+    situation_values(S, Values),
+    \+ stored(Values, Fluent, _).
 
 %!  fluent_value(?Fluent, +Situation, -Value) is nondet.
 %
@@ -139,12 +197,7 @@ known_instance(Theory, Values, Fluent) :-
 fluent_value(Fluent, Situation, Value) :-
     (   ground(Fluent)
     ->  fluent_status(Fluent, Situation, v(Value))
-    ;   fluent_instance(Fluent, Situation),
-        (   ground(Fluent)
-        ->  fluent_status(Fluent, Situation, v(Value))
-        ;   situation_module(Situation, Module),
-            Module:initially(Fluent, Value)
-        )
+    ;   fluent_instance(Fluent, Situation, v(Value))
     ).
 
 %!  known_fluents(+Situation, -Pairs) is det.

@@ -13,9 +13,13 @@ A problem is problem(Kind, File, Line, What); Kind is `error` or `warning`.
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(solution_sequences), [limit/2]).
 :- use_module('../language/binding', [bound_names/2]).
+:- use_module(captured_values, [captured_value/3, captured_value/4]).
 :- use_module(formula_checks, [formula_problem/5, undeclared_instance/3]).
 :- use_module(loop_variables, [kept_variable/3]).
+:- use_module(misspelt_axioms, [misspelt_axiom/3]).
+:- use_module(negated_variables, [negated_variable/3]).
 :- use_module(program_checks).
+:- use_module(unused_clauses, [unused_clause/4]).
 :- use_module('../language/semantics', [construct/2]).
 :- use_module('../language/theory').
 
@@ -88,14 +92,7 @@ theory_problem(Theory, Module, Kind, What, Ref) :-
     clause(Module:Head, _, Ref),
     axiom_problem(Head, Theory, Kind, What).
 theory_problem(Theory, Module, Kind, What, Ref) :-
-    member(Head-Label-P,
-           [ poss(A, P)-of(poss, A)-P,
-             causes_val(A, _, _, P)-of(effect, A)-P,
-             causes_true(A, _, P)-of(effect, A)-P,
-             causes_false(A, _, P)-of(effect, A)-P,
-             senses(A, _, _, _, P)-of(sensing, A)-P,
-             settles(A, _, _, _, P)-of(sensing, A)-P,
-             rejects(A, _, _, _, P)-of(sensing, A)-P ]),
+    condition(Head, Label, P),
     clause(Module:Head, _, Ref),
     bound_names(P, Names),
     formula_problem(P, in(Label, Names), Theory, Kind, What).
@@ -167,32 +164,37 @@ theory_problem(_, Module, error, axiom_arity(Name/Arity, Expected), Ref) :-
     \+ predicate_property(Module:Head, imported_from(_)),
     findall(Name/N, theory_predicate(Name/N), Expected),
     clause(Module:Head, _, Ref).
+theory_problem(Theory, _, warning, captured_value(none, Name), Ref) :-
+    captured_value(Theory, Ref, Name).
+theory_problem(_, Module, warning, unused_clause(in(Head, []), First), Ref) :-
+    unused_clause(Module, Head, Ref, First).
+theory_problem(_, Module, warning, misspelt(Name/Arity, Meant), Ref) :-
+    misspelt_axiom(Module, Name/Arity, Meant),
+    functor(Head, Name, Arity),
+    once(clause(Module:Head, _, Ref)).
+theory_problem(_, Module, warning, negated_variable(in(Label, []), V, Negation), Ref) :-
+    ( condition(Head, Label, Term) ; Head = proc(Label, Term) ),
+    clause(Module:Head, _, Ref),
+    negated_variable(Term, V, Negation).
 theory_problem(_, Module, warning, kept_variable(in(Name, []), Part), Ref) :-
     clause(Module:proc(Name, Body), Condition, Ref),
     once(kept_variable(Body, Name-Body-Condition, Part)).
 theory_problem(Theory, Module, warning, recursion(Name, Path), Ref) :-
     clause(Module:proc(Name, Body), true, Ref),
     nonvar(Name),
-    unguarded_call(Body, Theory, Call),
-    comes_back(Call, Name, Theory, [Name], Path).
+    recursion(Name, Body, Theory, Path).
+
+% condition(?Axiom, -Label, -Formula): Axiom applies where Formula holds.
+condition(poss(A, P), of(poss, A), P).
+condition(causes_val(A, _, _, P), of(effect, A), P).
+condition(causes_true(A, _, P), of(effect, A), P).
+condition(causes_false(A, _, P), of(effect, A), P).
+condition(senses(A, _, _, _, P), of(sensing, A), P).
+condition(settles(A, _, _, _, P), of(sensing, A), P).
+condition(rejects(A, _, _, _, P), of(sensing, A), P).
 
 assigning(set(_)).
 assigning(unset(_)).
-
-% comes_back(+Call, +Name, +Theory, +Before, -Path): without an action in between,
-% and through procedures whose clauses have no condition.
-comes_back(Call, Name, _, Before, [Call|Before]) :-
-    functor(Call, F, N),
-    functor(Name, F, N),
-    !.
-comes_back(Call, Name, Theory, Before, Path) :-
-    \+ ( member(Earlier, Before),
-         functor(Earlier, F, N),
-         functor(Call, F, N) ),
-    theory_module(Theory, Module),
-    clause(Module:proc(Call, Body), true),
-    unguarded_call(Body, Theory, Next),
-    comes_back(Next, Name, Theory, [Call|Before], Path).
 
 % speaks_of(?Axiom, -Name, -Action, -Fluent): `none` where it does not.
 speaks_of(poss(A, _), precondition, A, none).
@@ -279,5 +281,11 @@ program_problems(Program, Problems) :-
             ;   Kind = warning,
                 What = kept_variable(in(program, Names), Part),
                 once(kept_variable(Program, Program, Part))
+            ;   Kind = warning,
+                What = captured_value(in(Where, Names), Name),
+                captured_value(Theory, Program, Where, Name)
+            ;   Kind = warning,
+                What = negated_variable(in(program, Names), V, Negation),
+                negated_variable(Program, V, Negation)
             ),
             Problems).

@@ -1,13 +1,11 @@
 :- module(indigolog_formula_checks,
           [ formula_problem/5,        % +Formula, +In, +Theory, -Kind, -What
-            connective/3,             % +Formula, -Formulas, -Terms
             undeclared_instance/3,    % +Fluent, +In, +Theory
             domain_problem/5,         % +Variables, +In, +Theory, -Kind, -What
             unused_variable/4,        % +Construct, +In, -Kind, -What
             constant/3,               % +Term, +In, +Theory
             known_beforehand/2,       % +Term, +Clause
-            known_within/2,           % +Term, +Around
-            goal_exists/2             % +Goal, +Theory
+            known_within/2            % +Term, +Around
           ]).
 /** <module> What is wrong inside formulas
 
@@ -15,10 +13,10 @@ In, where a part stands, is in(Label, Names): Names are the variables that const
 it may bind.
 */
 
-:- use_module(library(lists), [append/2, list_to_set/2, member/2, memberchk/2]).
+:- use_module(library(lists), [append/2, member/2, memberchk/2]).
 :- use_module(library(occurs), [sub_term/2]).
+:- use_module(formula_parts, [connective/3, goal_exists/2, procedure_kind/3]).
 :- use_module('../language/binding').
-:- use_module('../language/formula', [meaning/3]).
 :- use_module('../language/theory').
 
 %!  formula_problem(+Formula, +In, +Theory, -Kind, -What) is nondet.
@@ -29,29 +27,43 @@ formula_problem(P, In, Theory, Kind, What) :-
     ->  (   member(Q, Ps),
             formula_problem(Q, In, Theory, Kind, What)
         ;   member(T, Terms),
+            \+ compared_record(T, P, In, Theory),
             term_problem(T, In, Theory, Kind, What)
-        ;   comparison(P),
-            member(T, Terms),
+        ;   calculated(P, Ts),
+            member(T, Ts),
             number_problem(T, In, Theory, Kind, What)
         ;   unused_variable(P, In, Kind, What)
+        ;   result_problem(P, In, Theory, What),
+            Kind = warning
         ;   P = (X = Y),
             equality_problem(X, Y, In, Theory, What),
             Kind = warning
         ;   ( P = some(V, _) ; P = all(V, _) ),
             domain_problem(V, In, Theory, Kind, What)
         )
-    ;   \+ callable(P)
+    ;   ( \+ callable(P) ; P == [] ; P = [_|_] )
     ->  Kind = error,
         What = no_formula(In, P)
     ;   fluent_template(Theory, P, _)
     ->  term_problem(P, In, Theory, Kind, What)
     ;   called_procedure(Theory, P)
-    ->  fail
+    ->  procedure_kind(P, Theory, program),
+        Kind = error,
+        What = procedure_tested(In, P)
     ;   goal_exists(P, Theory)
     ->  argument_problem(P, In, Theory, Kind, What)
     ;   Kind = error,
         What = unknown_formula(In, P)
     ).
+
+% Term, a side of the equality P, has the name of a fluent and another number of arguments, as values have, too; it is
+% compared with a fluent or a variable, and not with a constant.
+compared_record(Term, X = Y, In, Theory) :-
+    ( Term == X -> Other = Y ; Other = X ),
+    compound(Term),
+    \+ fluent_template(Theory, Term, _),
+    \+ constant(Other, In, Theory),
+    \+ ( arg(_, Term, A), term_problem(A, In, Theory, _, _) ).
 
 % Neither side is, or has in it, anything that can change; or a relational fluent is
 % compared with what is no truth value.
@@ -67,45 +79,15 @@ equality_problem(X, Y, In, Theory, What) :-
     ->  What = never_equal(In, F, V)
     ).
 
-%!  connective(+Formula, -Formulas, -Terms) is semidet.
-%
-%   Formula begins with a connective, and these are what its truth depends on.
-connective(P, Ps, Terms) :-
-    (   meaning(P, _, Goal)
-    ->  asked(Goal, Ps0, [], Terms0, []),
-        list_to_set(Ps0, Ps),
-        list_to_set(Terms0, Terms)
-    ;   ( P = and(L) ; P = or(L) ),
-        \+ is_list(L),                    % not known before it runs
-        Ps = [], Terms = []
-    ).
-
-% asked(+Goal, -Formulas, ?Formulas1, -Terms, ?Terms1)
-asked(true_in(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
-asked(instance(_, P, _, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
-asked(known(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
-asked(known_whether(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
-asked(value_in(T, _, _), Ps, Ps1, Ts, Ts1) => Ps = Ps1, Ts = [T|Ts1].
-asked(findall(_, G, _), Ps, Ps1, Ts, Ts1) => asked(G, Ps, Ps1, Ts, Ts1).
-asked(aggregate_all(_, G, _), Ps, Ps1, Ts, Ts1) => asked(G, Ps, Ps1, Ts, Ts1).
-asked(G, Ps, Ps1, Ts, Ts1), control(G, Gs) => asked_of_each(Gs, Ps, Ps1, Ts, Ts1).
-asked(_, Ps, Ps1, Ts, Ts1) => Ps = Ps1, Ts = Ts1.
-
-asked_of_each([], Ps, Ps, Ts, Ts).
-asked_of_each([G|Gs], Ps, Ps1, Ts, Ts1) :-
-    asked(G, Ps, Ps0, Ts, Ts0),
-    asked_of_each(Gs, Ps0, Ps1, Ts0, Ts1).
-
-control((A, B), [A, B]).
-control((A ; B), [A, B]).
-control((A -> B), [A, B]).
-control(\+ A, [A]).
-control(once(A), [A]).
-
-comparison(P) :-
+% calculated(+Formula, -Terms): the sides of a comparison of numbers, or what is/2 evaluates.
+calculated(P, Ts) :-
     compound(P),
-    P =.. [Name, _, _],
-    memberchk(Name, [<, >, =<, >=, =:=, =\=]).
+    P =.. [Name|Sides],
+    (   memberchk(Name, [<, >, =<, >=, =:=, =\=])
+    ->  Ts = Sides
+    ;   Name == (is)
+    ->  Sides = [_|Ts]
+    ).
 
 argument_problem(P, In, Theory, Kind, What) :-
     compound(P),
@@ -140,6 +122,15 @@ undeclared_instance(F, In, Theory) :-
     constant(Arguments, In, Theory),
     \+ catch(declared_fluent(Theory, F), _, true).
 
+% An atom in the place of a result, which is none.
+result_problem(P, In, Theory, no_result(In, P, R)) :-
+    ( P = findall(_, _, R) ; P = aggregate_all(_, _, R) ; P = (R is _) ),
+    atom(R),
+    R \== [],
+    In = in(_, Names),
+    \+ memberchk(R, Names),
+    \+ fluent_template(Theory, R, _).
+
 % An atom that is neither a fluent nor a variable of a construct around it.
 number_problem(T, In, Theory, error, no_number(In, T)) :-
     atom(T),
@@ -147,6 +138,12 @@ number_problem(T, In, Theory, error, no_number(In, T)) :-
     \+ memberchk(T, Variables),
     \+ fluent_template(Theory, T, _),
     \+ current_arithmetic_function(T).
+number_problem(T, In, Theory, Kind, What) :-
+    compound(T),
+    \+ fluent_template(Theory, T, _),
+    current_arithmetic_function(T),
+    arg(_, T, A),
+    number_problem(A, In, Theory, Kind, What).
 
 %!  domain_problem(+Variables, +In, +Theory, -Kind, -What) is nondet.
 
@@ -186,14 +183,6 @@ domain_exists(D, Theory) :-
     append([[Name], Args, [_]], Parts),
     Goal =.. Parts,
     goal_exists(Goal, Theory).
-
-%!  goal_exists(+Goal, +Theory) is semidet.
-
-goal_exists(Goal, Theory) :-
-    theory_module(Theory, Module),
-    (   predicate_property(Module:Goal, visible)
-    ->  true
-    ).
 
 %!  unused_variable(+Construct, +In, -Kind, -What) is nondet.
 %

@@ -2,7 +2,7 @@
 /** <module> What the interpreter says */
 
 :- use_module(library(lists), [append/3, member/2]).
-:- use_module('../language/progression', [history_situation/2]).
+:- use_module('../language/history', [history_situation/2]).
 :- use_module(explain, [why/3]).
 :- use_module(explanation_text, [explanations//1, shown_program/2]).
 :- use_module(problem_texts, [hint//1, problem//1]).
@@ -55,6 +55,9 @@ message(prompt(sensing(A, Results))) -->
         [ ' (~w)'-[Text] ]
     ),
     [ '? ', flush ].
+message(long_execution(N)) -->
+    [ '~D actions and no end yet: a loop that never ends goes on until half of the stack is used, for minutes;'-[N], nl,
+      'Ctrl-C ends it, and a limit (--max-actions, do/4) before that'-[] ].
 message(prompt(step)) -->
     [ '> ', flush ].
 message(prompt(exogenous)) -->
@@ -170,9 +173,9 @@ said(no_commit, 'commit is not of this language: search does not prune what it m
 said(open_program, 'the program is an unbound variable where a step is asked of it', []).
 said(open_action(A), 'action ~q is not ground', [A]).
 said(not_a_program(E), '~q is not a program', [E]).
-said(no_journal(File), 'cannot resume: ~w does not exist or tells of no run', [File]).
-said(other_program(File, Program), 'cannot resume: ~w tells of another program, ~q', [File, Program]).
-said(journal_differs(Entry, _), 'cannot resume: the program does not come to what the journal tells next, ~q', [Entry]).
+said(no_journal(File), 'the journal ~w does not exist or tells of no run', [File]).
+said(other_program(File, Program), 'the journal ~w tells of another program, ~q', [File, Program]).
+said(journal_differs(Entry, _), 'the program does not come to what the journal tells next, ~q', [Entry]).
 said(journal(File, Line), '~w:~d: not a fact of a journal', [File, Line]).
 said(no_device(Module, PI), '~q is not a device: it does not define ~q', [Module, PI]).
 said(unknown_option(Option), '~p is not an option of indigolog/2', [Option]).

@@ -26,6 +26,17 @@ problem(kept_variable(In, Part)) -->
       maplist(=('$VAR'('_')), Variables) },
     [ 'a variable in ~W keeps in every round of the loop the value of the first: bind it with pi or some'-
           [Shown, [quoted(true), numbervars(true)]] ].
+problem(unused_clause(In, clause(File, Line))) -->
+    inside(In),
+    (   { File == same }
+    ->  [ 'the clause in line ~d comes first and matches all that this one does'-[Line] ]
+    ;   { file_base_name(File, Name) },
+        [ 'the clause in ~w, line ~d, comes first for the same calls: another name is needed'-[Name, Line] ]
+    ).
+problem(negated_variable(In, V, Negation)) -->
+    inside(In),
+    [ '~q has no value yet where ~q asks of it, which is true only where it is so of no ~q: give it a domain, or bind it before'-
+          [V, Negation, V] ].
 problem(axiom_arity(Given, Expected)) -->
     [ '~q has the wrong number of arguments: '-[Given] ],
     alternatives(Expected).
@@ -52,9 +63,11 @@ said(no_instance(In, A), In, 'action ~q is not one of those that are declared', 
 said(no_clause(In, A), In, 'no clause of the procedure ~q matches ~q', ['$pi'(A), A]).
 said(no_program(In, E), In, '~q stands where a program must', [E]).
 said(no_formula(In, P), In, '~q stands where a formula must', [P]).
+said(procedure_tested(In, P), In, '~q stands where a formula must, and is a procedure that acts', ['$pi'(P)]).
+said(formula_run(In, P), In, '~q stands where a program must, and is a formula: ?(~q) tests it', ['$pi'(P), P]).
 said(unknown_formula(In, P), In, '~q is neither a fluent nor an abbreviation nor a predicate', ['$pi'(P)]).
 said(fluent_arity(In, F, Declared), In, '~q has the name of the fluent ~q', ['$pi'(F), Declared]).
-said(no_number(In, T), In, '~q is compared as a number and is no fluent', [T]).
+said(no_number(In, T), In, '~q is calculated with, and is neither a fluent nor bound by pi or some', [T]).
 said(constant_equality(In, P), In, '~q compares constants: neither side is a fluent', [P]).
 said(never_equal(In, F, V), In, 'relational fluent ~q is compared with ~q, neither true nor false', [F, V]).
 said(undeclared_instance(In, F), In, 'fluent ~q is not one of those that are declared', [F]).
@@ -70,10 +83,15 @@ said(no_variable(In, V), In, '~q stands where a variable must: a Prolog variable
 said(no_count(In, E, N), In, '~q takes a whole number, not ~q', ['$pi'(E), N]).
 said(no_seconds(In, E, T), In, '~q takes a number of seconds, not ~q', ['$pi'(E), T]).
 said(no_list(In, E, A), In, '~q takes a list, not ~q', ['$pi'(E), A]).
+said(no_result(In, P, R), In, '~q gives its result to ~q, an atom that neither pi nor some binds: a Prolog variable takes it',
+     ['$pi'(P), R]).
+said(captured_value(In, V), In, '~q is the name of a variable here and a value elsewhere: where the value comes in it is taken for \
+the variable', [V]).
 said(unused(In, Construct, V), In, '~w binds ~q, which is not used', [Construct, V]).
 said(no_poss(A), none, 'action ~q has no precondition axiom and will never be possible', ['$pi'(A)]).
 said(no_initial(F), none, 'fluent ~q has no initial value', ['$pi'(F)]).
 said(no_initial_value(F), none, 'fluent ~q has no initial value', [F]).
+said(misspelt(Name, Meant), none, '~q is used nowhere, and is no axiom: ~q may be meant', [Name, Meant]).
 said(two_kinds(F), none, 'fluent ~q is declared relational and functional', ['$pi'(F)]).
 said(two_uses(P), none, 'procedure ~q has the name of an action or a fluent, and hides it', ['$pi'(P)]).
 said(reserved(A), none, '~q is an entry of the interpreter\'s own in histories: the action needs another name',

@@ -1,7 +1,7 @@
 :- module(indigolog_program_checks,
           [ program_problem/5,        % +Program, +In, +Theory, -Kind, -What
             body_problem/5,           % +Body, +In, +Theory, -Kind, -What
-            unguarded_call/3,         % +Body, +Theory, -Call
+            recursion/4,              % +Name, +Body, +Theory, -Path
             near_miss/3               % +Theory, +Term, -Indicator
           ]).
 /** <module> What is wrong inside programs
@@ -12,7 +12,8 @@ is in(Label, Names): Names are the variables that constructs around it may bind.
 
 :- use_module(library(apply), [maplist/2]).
 :- use_module(library(lists), [member/2, memberchk/2]).
-:- use_module(formula_checks).
+:- use_module(formula_checks, [constant/3, domain_problem/5, formula_problem/5, unused_variable/4]).
+:- use_module(formula_parts, [connective/3, is_formula/2, procedure_kind/3]).
 :- use_module('../language/semantics', [construct/2, program_part/2]).
 :- use_module('../language/theory').
 
@@ -23,22 +24,16 @@ is in(Label, Names): Names are the variables that constructs around it may bind.
 body_problem(Body, In, Theory, Kind, What) :-
     (   var(Body)
     ->  fail
-    ;   is_formula(Body, Theory)
+    ;   stands_for_formula(Body, Theory)
     ->  formula_problem(Body, In, Theory, Kind, What)
     ;   program_problem(Body, In, Theory, Kind, What)
     ).
 
-is_formula(P, Theory) :-
-    callable(P),
-    \+ is_list(P),
-    (   connective(P, _, _)
+stands_for_formula(E, Theory) :-
+    (   is_formula(E, Theory)
     ->  true
-    ;   fluent_template(Theory, P, _)
-    ->  true
-    ;   \+ construct(P, _),
-        \+ action_template(Theory, P, _),
-        \+ called_procedure(Theory, P),
-        goal_exists(P, Theory)
+    ;   called_procedure(Theory, E)
+    ->  procedure_kind(E, Theory, formula)
     ).
 
 %!  program_problem(+Program, +In, +Theory, -Kind, -What) is nondet.
@@ -63,9 +58,13 @@ program_problem(E, In, Theory, Kind, What) :-
     ->  In = in(_, Names),
         \+ memberchk(E, Names),           % it stands for a program that is picked
         (   called_procedure(Theory, E)
-        ->  no_clause(E, In, Theory),
-            Kind = warning,
-            What = no_clause(In, E)
+        ->  (   procedure_kind(E, Theory, formula)
+            ->  Kind = error,
+                What = formula_run(In, E)
+            ;   no_clause(E, In, Theory),
+                Kind = warning,
+                What = no_clause(In, E)
+            )
         ;   action_template(Theory, E, _)
         ->  Kind = warning,
             (   \+ action_template(Theory, E, prim)
@@ -159,9 +158,30 @@ near_miss(Theory, Term, Name/Arity) :-
     Arity =\= Arity0,
     !.
 
-%!  unguarded_call(+Body, +Theory, -Call) is nondet.
+%!  recursion(+Name, +Body, +Theory, -Path) is nondet.
 %
-%   Call is a procedure call that Body may come to before an action or a test.
+%   The procedure Name may come from Body back to itself before an action or a test, by the calls in Path.
+
+recursion(Name, Body, Theory, Path) :-
+    unguarded_call(Body, Theory, Call),
+    comes_back(Call, Name, Theory, [Name], Path).
+
+% comes_back(+Call, +Name, +Theory, +Before, -Path): without an action in between,
+% and through procedures whose clauses have no condition.
+comes_back(Call, Name, _, Before, [Call|Before]) :-
+    functor(Call, F, N),
+    functor(Name, F, N),
+    !.
+comes_back(Call, Name, Theory, Before, Path) :-
+    \+ ( member(Earlier, Before),
+         functor(Earlier, F, N),
+         functor(Call, F, N) ),
+    theory_module(Theory, Module),
+    clause(Module:proc(Call, Body), true),
+    unguarded_call(Body, Theory, Next),
+    comes_back(Next, Name, Theory, [Call|Before], Path).
+
+% unguarded_call(+Body, +Theory, -Call): a procedure call that Body may come to before an action or a test.
 
 unguarded_call(E, Theory, Call) :-
     nonvar(E),

@@ -56,8 +56,8 @@ parts(or(Ps), S, Parts) =>
     whys_false(Ps, S, Parts).
 parts(neg(P), S, Parts) =>
     Parts = [true(P, Values)],
-    once(holds_in(P, S)),
-    values(P, S, Values).
+    once(true_instance(P, S, P1)),
+    values(P1, S, Values).
 parts(\+ P, S, Parts) =>
     parts(neg(P), S, Parts).
 parts(impl(P, Q), S, Parts) =>
@@ -88,6 +88,16 @@ parts(P, S, Parts) =>
     ->  parts(Body, S, Parts)
     ;   values(P, S, Parts)
     ).
+
+% true_instance(+Formula, +Situation, -Instance): what makes Formula true, with values for what it says there are some of.
+true_instance(P, S, P1), situation_module(S, Module), Module:proc(P, Body) =>
+    true_instance(Body, S, P1).
+true_instance(some(V, P), S, P1) =>
+    pick(V, P, listed, S, P0),
+    true_instance(P0, S, P1).
+true_instance(P, S, P1) =>
+    holds_in(P, S),
+    P1 = P.
 
 % Of a conjunction the first part that fails, after what the others bind.
 first_false([P|Ps], S, Parts) :-

@@ -17,7 +17,7 @@ status is 1 if an answer differs, and says where.
 :- use_module(library(random), [random_member/2, random_permutation/2]).
 :- use_module(library(unix), [fork/1, pipe/2]).
 :- use_module('../../indigolog/indigolog').
-:- use_module('../../indigolog/language/progression', [history_situation/2]).
+:- use_module('../../indigolog/language/history', [history_situation/2]).
 :- use_module('../../indigolog/language/situation', [fluent_status/3]).
 :- use_module(naive).
 :- use_module(naive_values, [naive_theory/1, naive_values/3]).

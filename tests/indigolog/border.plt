@@ -190,6 +190,15 @@ test(long, true(N == 100_001)) :-
     once(do(while(counter < 100_001, inc), [], History)),
     length(History, N).
 
+% What is long for a plan is said while it goes on.
+test(longer, true(Said == [golog(long_execution(262_144))])) :-
+    nb_setval(said, []),
+    setup_call_cleanup(
+        asserta((user:message_hook(Term, warning, _) :- nb_getval(said, Before), nb_setval(said, [Term|Before])), Hook),
+        \+ do(while(true, inc), [], 262_200, _),
+        erase(Hook)),
+    nb_getval(said, Said).
+
 % So does what has a limit.
 test(long_with_choices, true(N == 100_001)) :-
     once(do(while(counter < 100_001, ndet(inc, bump)), [], 100_001, History)),

@@ -80,6 +80,17 @@ test(waits_no_longer, Status-true == 2-Said) :-
     run_on(Theory, ['[act, wait]', '--online', '--max-wait', '0.2'], "", Status, _, Errors),
     said(Errors, "no exogenous action arrived within 0.2 s", Said).
 
+% The theory's own file, and not a journal.
+test(a_file_that_a_helper_misses, [setup(( tmp_file_stream(File, Stream, [encoding(utf8), extension(pl)]),
+                                           format(Stream, "prim_action(go). poss(go, seen).~n", []),
+                                           format(Stream, "seen :- open('/nowhere/at/all', read, _).~n", []),
+                                           close(Stream) )),
+                                   cleanup(delete_file(File)),
+                                   forall(member(Mode, ['--online', '--offline'])),
+                                   Status-true == 2-Said ]) :-
+    run_on(File, [go, Mode], "", Status, _, Errors),
+    said(Errors, "source_sink `'/nowhere/at/all'' does not exist", Said).
+
 test(says_why_it_failed, Status-true == 1-Said) :-
     run(['[inc, ?(lit(b))]', '--online'], "", Status, _, Errors),
     said(Errors, "the program failed\nlit(b) is false", Said).
@@ -91,6 +102,10 @@ test(explains_why_there_is_no_execution, Status-true == 1-Said) :-
 test(traces_search, true == Said) :-
     run(['search([inc, inc])', '--trace'], "", _, _, Errors),
     said(Errors, "search found a plan of 2 actions", Said).
+
+test(trace_is_a_known_topic, true(Said \== true)) :-
+    run(['search([inc, inc])', '--trace'], "", _, _, Errors),
+    said(Errors, "debug topic", Said).
 
 test(traces_events, true == Said) :-
     run(['[wait, look]', '--online', '--trace'], "bump\nopen\n", _, _, Errors),
@@ -143,7 +158,8 @@ wrong(['foo('], "PROGRAM is not a Prolog term: it ends too early").
 wrong(['foo bar'], "PROGRAM is not a Prolog term: operator expected").
 wrong([inc, '--max-wait', soon], "--max-wait needs a number of seconds").
 wrong([inc, '--journal'], "--journal needs a file").
-wrong([inc, '--resume', '/nowhere/at/all'], "cannot resume: /nowhere/at/all does not exist").
+wrong([inc, Option, '/nowhere/at/all'], "the journal /nowhere/at/all does not exist") :-
+    member(Option, ['--resume', '--replay']).
 
 said(Text, Part, Said) :-
     (   sub_string(Text, _, _, _, Part)

@@ -3,7 +3,7 @@
 :- use_module(library(random), [random_between/3, random_member/2]).
 :- use_module('../../indigolog/indigolog').
 :- use_module('../../indigolog/language/formula', [true_in/2]).
-:- use_module('../../indigolog/language/progression', [history_situation/2]).
+:- use_module('../../indigolog/language/history', [history_situation/2]).
 :- use_module('../../indigolog/language/theory', [current_theory/1, theory_module/2]).
 
 /** <module> Axioms that are compiled when a theory is loaded mean what formulas mean

@@ -2,7 +2,7 @@
 :- use_module(library(plunit)).
 :- use_module('../../indigolog/indigolog').
 :- use_module('../../indigolog/tools/explain', [why/3]).
-:- use_module('../../indigolog/language/progression', [history_situation/2]).
+:- use_module('../../indigolog/language/history', [history_situation/2]).
 :- use_module('../../indigolog/tools/effort', [found_within/5]).
 :- use_module(library(lists), [member/2]).
 
@@ -49,6 +49,8 @@ why(holds(or(lit(a), counter > 3)),
 why(holds(neg(counter = 0)), [false(neg(counter = 0), [true(counter = 0, [value(counter, 0)])])]).
 why(holds(all((l, [a, b]), lit(l))), [false(all((l, [a, b]), lit(l)), [false(lit(a), [])])]).
 why(holds(all_lit), [false(all_lit, [false(lit(a), [])])]).
+why(holds(neg(some((l, [b, c]), neg(lit(l))))),
+    [false(neg(some((l, [b, c]), neg(lit(l)))), [true(some((l, [b, c]), neg(lit(l))), [value(lit(b), false)])])]).
 why(holds(some((l, [a, b]), lit(l))),
     [false(some((l, [a, b]), lit(l)), [false(lit(a), []), false(lit(b), [])])]).
 why(holds(door = open), [false(door = open, [value(door, unknown)])]).

@@ -69,8 +69,14 @@ mutation('an inner variable is not hidden', substitution,
          "hides(pi(V, E),           X, D, pi(W, E), D1)           :- binds(V, X, D, W, D1).\n",
          "").
 mutation('the last axiom counts, not the first', progression,
-         "            Earlier == F\n",
-         "            Earlier == F, fail\n").
+         "            sets(Earlier, F, Situation)\n",
+         "            sets(Earlier, F, Situation), fail\n").
+mutation('an effect on all instances does not count before one on one', progression,
+         "sets(open(Pattern, _, Condition), F, Situation) :-\n",
+         "sets(open(Pattern, _, Condition), F, Situation) :-\n    fail,\n").
+mutation('all instances have their initial value', situation,
+         "            (   effect_instance(Effects, Before, Fluent, Status0)\n",
+         "            (   fail, effect_instance(Effects, Before, Fluent, Status0)\n").
 mutation('causes_false makes true', progression,
          "    ;   Module:causes_false(A, F, Condition), V = false\n",
          "    ;   Module:causes_false(A, F, Condition), V = true\n").
@@ -135,11 +141,11 @@ mutation('a conditional plan made again forgets what was done', monitor,
          "    (   memberchk(N1, Own)\n",
          "    (   memberchk(N1, Own), fail\n").
 mutation('one action too many', turn,
-         "        ;   Count >= Max\n",
-         "        ;   Count > Max\n").
+         "            Count >= Max\n",
+         "            Count > Max\n").
 mutation('the world is asked after the program has ended', turn,
-         "        (   next(T1, E, S)\n",
-         "        (   next(T0, E, S)\n").
+         "        ;   next(T1, E, S)\n",
+         "        ;   next(T0, E, S)\n").
 
 main :-
     current_prolog_flag(argv, Argv),
@@ -161,7 +167,7 @@ tried(I, mutation(What, File, Old, New)) :-
     setup_call_cleanup(
         ( tmp_file(mutation, Folder), copied(Folder) ),
         ( planted(Folder, File, Old, New),
-          (   member(Tests, [language, 'indigolog.plt', values, differential, '']),
+          (   member(Tests, [language, 'indigolog.plt', values, open_effects, differential, '']),
               fails(Folder, Tests, How)
           ->  named(Tests, Name),
               format("~|~t~d~3+ caught  ~w~t~20| ~w: ~w~n", [I, Name, What, How])

@@ -35,6 +35,7 @@ slip([up, pi((n, [5, 7]), pi((m, [6]), if(n > m, [?(load = n), up], ?(false))))]
      ["at ?(load=7)", "with n=7", "with m=6"]).
 slip([up, ?(3)], ["3 is not a formula", "after 1 actions"]).
 slip([up, ?(X), up], ["not a formula", "in [?(", "after 1 actions"]) :- var(X).
+slip([up, ?([up])], ["[up] is not a formula", "after 1 actions"]).
 slip([up, ?(unheard_of(floor))], ["unheard_of/1 is neither a fluent nor an abbreviation nor a predicate", "in ?(unheard_of(floor))"]).
 slip([up, fly], ["fly/0 is neither an action nor a procedure", "after 1 actions"]).
 slip([up, carry(_)], ["action carry(", "is not ground"]).

@@ -3,6 +3,7 @@
           ]).
 :- use_module(library(plunit)).
 :- use_module(library(apply), [maplist/3, partition/4]).
+:- use_module(library(filesex), [delete_directory_and_contents/1]).
 :- use_module(library(lists), [append/3, member/2, nth1/3]).
 :- use_module(library(readutil), [read_file_to_string/3]).
 :- use_module('../../indigolog/tools/checks').
@@ -105,6 +106,42 @@ test(bound_anew, [forall(member(Loop, ["for(I, [1, 2], note(I))", "for(I, L, not
                   true(Lines == [])]) :-
     format(string(Clause), "proc(all(L), [~s, ?(L = [_|_])]).", [Loop]),
     printed(["fun_fluent(n).", "initially(n, 0).", "prim_action(note(_)).", "poss(note(_), true).", Clause], Lines).
+
+% A value may have the name of the fluent whose value it is.
+test(a_record_is_compared, [forall(member(Formula, ["at = at(_, _)", "at(_, 2) = at", "some([x, y], at = at(x, y))",
+                                                    "and(S = at(1, 2), at = S)"])),
+                            true(Lines == [])]) :-
+    format(string(Clause), "proc(there, ~s).", [Formula]),
+    printed(["fun_fluent(at).", "initially(at, at(1, 2)).", Clause], Lines).
+
+% What binds a variable, or gives it a domain, comes before it is negated; a helper may be named nearly as an axiom.
+test(not_wrong, [forall(member(Clause, ["proc(go, pi(l, [?(lamp(l)), ?(neg(lit(l))), note(l)])).",
+                                        "proc(go, pi((l, [a]), [?(neg(lit(l))), note(l)])).",
+                                        "proc(dark, neg(some(l, lit(l)))).",
+                                        "proc(dark, all(l, neg(lit(l)))).",
+                                        "proc(dark, either). proc(either, or(lit(a), lit(b))). proc(go, ?(dark)).",
+                                        "proc(go, run(note(a))). proc(run(E), E).",
+                                        "proc(go, ?(post(a, _))). post(a, b)."])),
+                 true(Lines == [])]) :-
+    printed(["rel_fluent(lit(_)).", "initially(lit(_), false).", "lamp(a).",
+             "prim_action(note(_)).", "poss(note(_), true).", Clause], Lines).
+
+% Of several files; what is included after its replacement is meant to stand back.
+test(another_file_comes_first, Lines == ["warning, line 1: procedure ride/1: the clause in first.pl, line 2, comes first \
+for the same calls: another name is needed"]) :-
+    setup_call_cleanup(
+        ( tmp_file(theory, Folder), make_directory(Folder) ),
+        ( written(Folder, 'first.pl', "prim_action(up). poss(up, true).\nproc(ride(1), up).\n", First),
+          written(Folder, 'included.pl', "proc(rise, [up, up]).\n", _),
+          written(Folder, 'second.pl', "proc(ride(_), up).\nproc(rise, up).\n:- include('included.pl').\n", Second),
+          load_theory([First, Second]),
+          theory_problems(Problems),
+          maplist(line, Problems, Lines) ),
+        delete_directory_and_contents(Folder)).
+
+written(Folder, Name, Text, File) :-
+    atomic_list_concat([Folder, /, Name], File),
+    setup_call_cleanup(open(File, write, Stream), write(Stream, Text), close(Stream)).
 
 test(all_are_wrong, true(Count >= 25)) :-
     findall(T, ( documented(T, _, Printed), Printed \== [] ), Titles),

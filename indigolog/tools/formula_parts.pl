@@ -1,0 +1,99 @@
+:- module(indigolog_formula_parts,
+          [ connective/3,             % +Formula, -Formulas, -Terms
+            is_formula/2,             % +Term, +Theory
+            procedure_kind/3,         % +Call, +Theory, -Kind
+            goal_exists/2             % +Goal, +Theory
+          ]).
+/** <module> What formulas are made of, and what is one: of procedures, some abbreviate formulas */
+
+:- use_module(library(lists), [list_to_set/2, member/2]).
+:- use_module('../language/formula', [meaning/3]).
+:- use_module('../language/semantics', [construct/2]).
+:- use_module('../language/theory').
+
+%!  connective(+Formula, -Formulas, -Terms) is semidet.
+%
+%   Formula begins with a connective, and these are what its truth depends on.
+connective(P, Ps, Terms) :-
+    (   meaning(P, _, Goal)
+    ->  asked(Goal, Ps0, [], Terms0, []),
+        list_to_set(Ps0, Ps),
+        list_to_set(Terms0, Terms)
+    ;   ( P = and(L) ; P = or(L) ),
+        \+ is_list(L),                    % not known before it runs
+        Ps = [], Terms = []
+    ).
+
+% asked(+Goal, -Formulas, ?Formulas1, -Terms, ?Terms1)
+asked(true_in(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(instance(_, P, _, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(known(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(known_whether(P, _), Ps, Ps1, Ts, Ts1) => Ps = [P|Ps1], Ts = Ts1.
+asked(value_in(T, _, _), Ps, Ps1, Ts, Ts1) => Ps = Ps1, Ts = [T|Ts1].
+asked(findall(_, G, _), Ps, Ps1, Ts, Ts1) => asked(G, Ps, Ps1, Ts, Ts1).
+asked(aggregate_all(_, G, _), Ps, Ps1, Ts, Ts1) => asked(G, Ps, Ps1, Ts, Ts1).
+asked(G, Ps, Ps1, Ts, Ts1), control(G, Gs) => asked_of_each(Gs, Ps, Ps1, Ts, Ts1).
+asked(_, Ps, Ps1, Ts, Ts1) => Ps = Ps1, Ts = Ts1.
+
+asked_of_each([], Ps, Ps, Ts, Ts).
+asked_of_each([G|Gs], Ps, Ps1, Ts, Ts1) :-
+    asked(G, Ps, Ps0, Ts, Ts0),
+    asked_of_each(Gs, Ps0, Ps1, Ts0, Ts1).
+
+control((A, B), [A, B]).
+control((A ; B), [A, B]).
+control((A -> B), [A, B]).
+control(\+ A, [A]).
+control(once(A), [A]).
+
+%!  is_formula(+Term, +Theory) is semidet.
+%
+%   Term, the body of a procedure, begins as a formula does, and not as a program.
+
+is_formula(P, Theory) :-
+    callable(P),
+    \+ is_list(P),
+    (   connective(P, _, _)
+    ->  true
+    ;   fluent_template(Theory, P, _)
+    ->  true
+    ;   \+ construct(P, _),
+        \+ action_template(Theory, P, _),
+        \+ called_procedure(Theory, P),
+        goal_exists(P, Theory)
+    ).
+
+%!  procedure_kind(+Call, +Theory, -Kind) is semidet.
+%
+%   All clauses of the procedure are programs, or all are formulas. Fails where that cannot be told.
+
+procedure_kind(Call, Theory, Kind) :-
+    procedure_kind(Call, Theory, [], Kind).
+
+procedure_kind(Call, Theory, Before, Kind) :-
+    generalised(Call, G),
+    \+ ( member(Earlier, Before), Earlier =@= G ),
+    theory_module(Theory, Module),
+    findall(Kind0,
+            ( clause(Module:proc(G, Body), _),
+              ( body_kind(Body, Theory, [G|Before], Kind1) -> Kind0 = Kind1 ; Kind0 = unknown ) ),
+            Kinds),
+    sort(Kinds, [Kind]).
+
+body_kind(Body, Theory, Before, Kind) :-
+    callable(Body),
+    (   is_formula(Body, Theory)
+    ->  Kind = formula
+    ;   called_procedure(Theory, Body)
+    ->  procedure_kind(Body, Theory, Before, Kind)
+    ;   ( construct(Body, _) ; action_template(Theory, Body, _) )
+    ->  Kind = program
+    ).
+
+%!  goal_exists(+Goal, +Theory) is semidet.
+
+goal_exists(Goal, Theory) :-
+    theory_module(Theory, Module),
+    (   predicate_property(Module:Goal, visible)
+    ->  true
+    ).
