@@ -127,18 +127,19 @@ class Sight:
         seen = window(pixels, self.model, self.camera, expected, WINDOW_MARGIN_PX)
         if seen is None:
             return None
-        problem, known = problem_of(seen, self.model, self.tone), foreseen or Foreseen()
+        sharp, known = problem_of(seen, self.model, self.tone), foreseen or Foreseen()
         kept = known.softness
         if kept is not None and not kept.holds(self.model, self.camera, expected):
             kept = None
-        own = kept or Softness.measured(problem, expected)
-        problem = replace(problem, scale=own.scale)
+        own = kept or Softness.measured(sharp, expected)
+        problem = replace(sharp, scale=own.scale)
         first = refine(problem, expected, NEAR_REACHES_PX, own.spacing_px)
         if first is None:
             return None
         line = first.observation.samples.line
         if kept is not None and not kept.holds(self.model, self.camera, first.pose, line):
-            return self.near(pixels, expected, habits, replace(known, softness=None))
+            own = Softness.measured(sharp, first.pose)
+            problem = replace(sharp, scale=own.scale)
         return on_lines(problem, first.pose, own, habits, None if known.outer else expected)
 
     def far(self, pixels: Pixels, expected: Sequence[Pose], habits: Habits) -> list[Found]:

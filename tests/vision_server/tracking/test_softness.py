@@ -5,14 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
 from tests.vision_server.synthetic import CAMERA, POSE
 from tests.vision_server.tracking.films import filmed, moving
 from tests.vision_server.tracking.framed import problem
+from vision_server.channels.depth import Pixels
 from vision_server.pose.observation import PoseProblem
-from vision_server.tracking import softness
+from vision_server.tracking import following, softness
 from vision_server.tracking.following import turned_about
+from vision_server.tracking.frame import Window
 from vision_server.tracking.softness import KEPT_FRAMES, STEADY_PX, Softness
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import Tracker
@@ -99,3 +102,31 @@ def test_it_does_not_hold_where_lines_have_turned_against_the_way_they_go(model:
     assert rest.holds(model, CAMERA, turned)
     gone = replace(kept, pixels=CAMERA.project(turned.apply(model.vertices)) - kept.step)
     assert not gone.holds(model, CAMERA, turned)
+
+
+def test_what_no_longer_holds_is_measured_where_the_target_was_found(
+    model: Model, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    poses = [aside(5.0 * k) for k in range(5)] + [aside(20.0)]  # it goes on, and then it stops
+    tracker, measured, windows = Tracker(model, CAMERA, POSE), list[Pose](), list[Pose]()
+    frames = list(filmed(model, poses))
+    for frame in frames[:-1]:
+        tracker.step(frame)
+    own, window = Softness.measured, following.window
+
+    def measured_at(seen: PoseProblem, pose: Pose) -> Softness:
+        measured.append(pose)
+        return own(seen, pose)
+
+    def window_at(
+        pixels: Pixels, model: Model, camera: Camera, pose: Pose, margin_px: float
+    ) -> Window | None:
+        windows.append(pose)
+        return window(pixels, model, camera, pose, margin_px)
+
+    monkeypatch.setattr(Softness, "measured", measured_at)
+    monkeypatch.setattr(following, "window", window_at)
+    assert tracker.step(frames[-1]).state == "sure"
+    assert len(windows) == 1, "the frame was looked at anew"
+    assert len(measured) == 1
+    assert measured[0].error_to(poses[-1]).within(0.05, 0.0005)
