@@ -15,7 +15,7 @@ from vision_server.channels.depth import Pixels
 from vision_server.pose.observation import PoseProblem
 from vision_server.tracking import following, softness
 from vision_server.tracking.following import turned_about
-from vision_server.tracking.frame import Window
+from vision_server.tracking.frame import Window, window
 from vision_server.tracking.softness import KEPT_FRAMES, STEADY_PX, Softness
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import Tracker
@@ -112,7 +112,7 @@ def test_what_no_longer_holds_is_measured_where_the_target_was_found(
     frames = list(filmed(model, poses))
     for frame in frames[:-1]:
         tracker.step(frame)
-    own, window = Softness.measured, following.window
+    own = Softness.measured
 
     def measured_at(seen: PoseProblem, pose: Pose) -> Softness:
         measured.append(pose)
