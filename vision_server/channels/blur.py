@@ -1,7 +1,9 @@
 """How blurred one image is, by defocus or motion, measured on its own strongest edges (`blur_sigma`).
 
-The heights that a step has at two scales tell its blur, as in Zhuo and Sim (2011). Smoothing and Sobel
-run row by row in kernels: with OpenCV's, the whole measure takes twice as long.
+The heights that a step has at two scales tell its blur, as in Zhuo and Sim (2011). Edges that run into their
+neighbours, as those of a wall of lines, look sharp however blurred they are: what is left of them is a wave,
+and only edges that stand alone tell. Smoothing and Sobel run row by row in kernels: with OpenCV's, the whole
+measure takes twice as long.
 """
 
 from __future__ import annotations
@@ -22,9 +24,12 @@ Slopes = NDArray[np.int16]
 FINE_PX, COARSE_PX = 1.0, 2.0  # scales compared, in pixels of the halved image
 SMOOTHING = (22, 62, 88)  # of 256: half a Gaussian of 1.2 px, before ridges of the gradient are looked for
 STRONGEST_SHARE = 0.03  # of the pixels: what counts as a strong edge; chosen by hand
+STRONG_SHARE = 0.1  # the same, where too few of the strongest stand alone
 SAMPLE_STEP = 4  # rows between those whose gradients are ranked
 NEARLY_CLIPPED_GREY = 245  # edges of clipped areas look sharper than they are
 FIRST_ROOM = 1024  # ridges for which there is room at first
+ALONE_PX = 4  # of the halved image, to either side of an edge that stands alone, in which ...
+OPPOSED = 0.3  # ... nothing slopes the other way, beyond this share of its own slope; both chosen by hand
 MIN_EDGELS = 20  # fewer say nothing
 MOST_EDGELS = 150  # more say nothing new
 MOST_BLUR_PX = 8.0  # more cannot be told: the coarse scale sees the edge's neighbours
@@ -91,8 +96,8 @@ def _slopes(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes) -> None:
 
 
 @kernel(nogil=True)
-def least_strong(slope: Slopes) -> int:
-    """The least slope of the strongest ones: one that the sampled rows' STRONGEST_SHARE reach, 1 at least."""
+def least_strong(slope: Slopes, share: float) -> int:
+    """The least slope of the strongest ones: one that this share of the sampled rows reach, 1 at least."""
     rows, columns = slope[::SAMPLE_STEP].shape
     counts = np.zeros((2, LARGEST_SLOPE + 1), np.int32)
     for y in range(0, len(slope), SAMPLE_STEP):
@@ -101,7 +106,7 @@ def least_strong(slope: Slopes) -> int:
             counts[1, slope[y, x + 1]] += 1
         if columns & 1:
             counts[0, slope[y, columns - 1]] += 1
-    wanted, least = max(int(STRONGEST_SHARE * (rows * columns)), 1), LARGEST_SLOPE
+    wanted, least = max(int(share * (rows * columns)), 1), LARGEST_SLOPE
     reached = counts[0, least] + counts[1, least]
     while reached < wanted:
         least -= 1
@@ -110,10 +115,10 @@ def least_strong(slope: Slopes) -> int:
 
 
 @kernel(nogil=True)
-def _ridges(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes, margin: int) -> Ints:
+def _ridges(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes, margin: int, share: float) -> Ints:
     """Rows (y, x) of strong slopes, maxima along the nearest of four directions, beside nothing clipped."""
     rows, columns = slope.shape
-    least = np.int16(least_strong(slope))
+    least = np.int16(least_strong(slope, share))
     marks = no_marks(columns)
     ridges, found = np.empty((FIRST_ROOM, 2), np.int64), 0
     for y in range(margin, rows - margin):
@@ -141,11 +146,40 @@ def _ridges(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes, margin: int) -> I
     return ridges[:found]
 
 
+@kernel(nogil=True)
+def _alone(ridges: Ints, gx: Slopes, gy: Slopes) -> Ints:
+    """Those of the rows (y, x) beside which, across the edge, no other edge slopes the other way."""
+    out, found = np.empty_like(ridges), 0
+    for y, x in ridges:
+        along, across = float(gx[y, x]), float(gy[y, x])
+        squared = along * along + across * across
+        length = np.sqrt(squared)
+        alone = True
+        for step in range(1, ALONE_PX + 1):
+            v, u = int(np.rint(step * across / length)), int(np.rint(step * along / length))
+            before = gx[y - v, x - u] * along + gy[y - v, x - u] * across
+            after = gx[y + v, x + u] * along + gy[y + v, x + u] * across
+            if min(before, after) < -OPPOSED * squared:
+                alone = False
+                break
+        if alone:
+            out[found, 0], out[found, 1] = y, x
+            found += 1
+    return out[:found]
+
+
 def _strongest_edgels(half: Grey, margin: int) -> Ints:
-    """Rows (y, x) on the ridges of the strongest gradients; Sobel's, with the length |gx| + |gy|."""
+    """Rows (y, x) on the ridges of the strongest gradients; Sobel's, with the length |gx| + |gy|.
+
+    Those that stand alone, of less strong ones if need be; all of the strongest where too few do.
+    """
     gx, gy, slope = np.empty((3, *half.shape), np.int16)
     _slopes(half, gx, gy, slope)
-    return np.asarray(_ridges(half, gx, gy, slope, margin))
+    strongest = np.asarray(_ridges(half, gx, gy, slope, margin, STRONGEST_SHARE))
+    alone = np.asarray(_alone(strongest, gx, gy))
+    if len(alone) < MIN_EDGELS <= len(strongest):
+        alone = np.asarray(_alone(_ridges(half, gx, gy, slope, margin, STRONG_SHARE), gx, gy))
+    return alone if len(alone) >= MIN_EDGELS else strongest
 
 
 @kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})

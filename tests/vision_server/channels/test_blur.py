@@ -25,6 +25,16 @@ def test_blur_is_found(blur_px: float) -> None:
     assert blur_sigma(halved(squares(blur_px))) == pytest.approx(blur_px, rel=0.2)
 
 
+@pytest.mark.parametrize("pitch_px", [12, 16])
+@pytest.mark.parametrize("blur_px", [2.0, 4.0])
+def test_lines_that_run_into_each_other_do_not_make_an_image_sharp(blur_px: float, pitch_px: int) -> None:
+    image = np.where(np.arange(320) // (pitch_px // 2) % 2 == 0, 50.0, 190.0) * np.ones((240, 1))
+    image[60:180, 100:220] = 90.0  # a plate before a wall of lines,
+    image[90:150, 130:190] = 200.0  # and its inner edges, which stand alone
+    noisy = gaussian_filter(image, blur_px) + np.random.default_rng(0).normal(0, 1.0, image.shape)
+    assert blur_sigma(halved(np.asarray(np.round(noisy), np.uint8))) == pytest.approx(blur_px, rel=0.2)
+
+
 def test_a_sharp_image_is_sharp() -> None:
     assert blur_sigma(halved(squares(0.0))) < 1.2
     assert blur_sigma(halved(squares(0.0, noise=6.0))) < 1.2
@@ -39,5 +49,5 @@ def test_without_edges_nothing_is_said() -> None:
 def test_the_least_of_the_strong_slopes_is_that_of_the_sorted_ones(shape: tuple[int, int]) -> None:
     slope = np.random.default_rng(1).integers(0, 400, shape).astype(np.int16)
     ranked = np.sort(slope[::SAMPLE_STEP], axis=None)
-    assert least_strong(slope) == ranked[-max(int(STRONGEST_SHARE * len(ranked)), 1)]
-    assert least_strong(np.zeros(shape, np.int16)) == 1
+    assert least_strong(slope, STRONGEST_SHARE) == ranked[-max(int(STRONGEST_SHARE * len(ranked)), 1)]
+    assert least_strong(np.zeros(shape, np.int16), STRONGEST_SHARE) == 1
