@@ -11,7 +11,7 @@ from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from numerics.arrays import Flags, Floats
-from vision_server.matching.views import Views
+from vision_server.matching.views import Views, longest_straight_m
 
 TOLD_VIEW_DEG = 50.0  # around a direction of view that is told; chosen by hand
 
@@ -19,6 +19,7 @@ SAME_ROTATION_DEG, SAME_TRANSLATION_SHARE = 2.0, 0.01  # of the range: closer po
 # Bounds of the shortest segment that is used, this share of the model's typical line in the image; of more
 # than so many the longest are used (by hand: see `long_enough`).
 LEAST_SEGMENT_PX, MOST_SEGMENT_PX, SEGMENT_SHARE, MOST_SEGMENTS = 7.0, 14.0, 0.1, 5000
+NEARER_SHARE = 0.95  # of the seed pose's distance, at the search range's near end
 WORTH_REFINING_SHARE = 0.5  # of the best score; right poses were seen down to 0.68 of a wrong one's
 
 
@@ -165,7 +166,9 @@ def matching_problem(
     segments = checked_segments(segments)
     must_be_in_front(seed_pose)
     views = Views(model, camera.ideal, seed_pose, spacing_px)
-    return Problem(segments[long_enough(segments, views.typical_line_px(seed_pose))], views, camera.ideal)
+    chosen = long_enough(segments, views.typical_line_px(seed_pose))
+    chosen &= short_enough(segments, model, camera, seed_pose)
+    return Problem(segments[chosen], views, camera.ideal)
 
 
 def long_enough(segments: Floats, typical_line_px: float, least_px: float = LEAST_SEGMENT_PX) -> Flags:
@@ -179,6 +182,20 @@ def long_enough(segments: Floats, typical_line_px: float, least_px: float = LEAS
     if len(length) > MOST_SEGMENTS:
         shortest = max(shortest, float(np.partition(length, -MOST_SEGMENTS)[-MOST_SEGMENTS]))
     out: Flags = length >= shortest
+    return out
+
+
+def short_enough(segments: Floats, model: Model, camera: Camera, seed_pose: Pose) -> Flags:
+    """Which segments (N, 4) are no longer than any line of the model can look from near a seed pose.
+
+    What is longer, as the lines of a wall behind the target, is clutter, and pulls poses to it.
+    """
+    nearest = NEARER_SHARE * seed_pose.apply(model.middle[None])[0, 2] - 0.5 * model.diameter
+    if nearest <= 0.0:
+        return np.ones(len(segments), dtype=bool)
+    longest_px = longest_straight_m(model) * max(camera.fx, camera.fy) / nearest
+    length = np.hypot(segments[:, 2] - segments[:, 0], segments[:, 3] - segments[:, 1])
+    out: Flags = length <= longest_px
     return out
 
 

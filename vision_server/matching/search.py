@@ -1,7 +1,7 @@
 """The default matcher: quasi-random poses, scored, aligned with the edges (ICP), scored again.
 
 In go segments, a model and a seed pose; out come the few distinct poses that the segments support best. Each
-stage looks at fewer poses more closely (`Effort`), so that of thousands a hundred are aligned.
+stage looks at fewer poses more closely (`Effort`), so that of thousands two hundred are aligned.
 """
 
 from __future__ import annotations
@@ -58,8 +58,8 @@ class Effort:
 
     draws: int = 4096
     screened: int = 1024
-    aligned: int = 100
-    kept: int = 50
+    aligned: int = 200
+    kept: int = 100
     finished: int = FINISHED
 
 

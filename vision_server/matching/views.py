@@ -29,6 +29,8 @@ VIEW_CELL_DEG = 90.0 / VIEW_CELLS  # width of one
 UNBOUNDED_PX = 1e9  # of a view, that the frame does not cut
 MOST_SEARCHED_CURVES = 200  # lines and curves of a search (by hand): more make it slower, not better
 LEAST_SEARCHED_LINE_PX = 14.0  # of so many: as fine a texture has hardly a segment; 10 found fewer poses
+# Shares of the diameter, by hand: lines no farther apart are one, and what is shorter may be part of a bend.
+ONE_LINE_SHARE, LITTLE_BENT_SHARE = 0.005, 0.3
 TANGENT_STEP_SHARE = 0.01  # of the diameter, between two points that tell an outline's direction
 
 
@@ -158,6 +160,24 @@ class Views:
         lengths = np.bincount(np.repeat(np.arange(len(first) - 1), np.diff(first)), weights=px)
         total = float(lengths.sum())
         return float((lengths**2).sum()) / total if total > 0 else 0.0
+
+
+@lru_cache(maxsize=8)
+def longest_straight_m(model: Model) -> float:
+    """How long the longest straight run of a model's lines is, gaps included; at least a bend's share.
+
+    Lines that continue each other are linked to one segment in an image, and so are lines that bend little.
+    """
+    lines = model.vertices[sparse_solid(model).lines]  # (L, 2, 3)
+    start, along = lines[:, 0], lines[:, 1] - lines[:, 0]
+    length = np.linalg.norm(along, axis=1)
+    longest = LITTLE_BENT_SHARE * model.diameter
+    for one in np.flatnonzero(length > 0.0):
+        unit = along[one] / length[one]
+        place = (lines - start[one]) @ unit
+        beside = np.linalg.norm(lines - start[one] - place[..., None] * unit, axis=-1).max(axis=1)
+        longest = max(longest, float(np.ptp(place[beside < ONE_LINE_SHARE * model.diameter])))
+    return longest
 
 
 def frame_towards(direction: Floats) -> Floats:

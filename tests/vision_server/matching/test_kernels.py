@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from geometry.pose import Pose, disturbed
 from numerics.arrays import Floats
 from tests.geometry.boxes import box
-from tests.vision_server.matching_scenes import CAMERA, POSE, SATELLITE, segments_of
+from tests.vision_server.matching_scenes import CAMERA, CUBE, POSE, SATELLITE, segments_of
 from vision_server.matching.draws import even_numbers, in_range, poses_around, poses_in_range
 from vision_server.matching.icp import (
     CHANCE_SUPPORT,
@@ -24,7 +24,7 @@ from vision_server.matching.icp import (
     normal_equations,
     score_poses,
 )
-from vision_server.matching.match import SearchRange, distinct, long_enough
+from vision_server.matching.match import SearchRange, distinct, long_enough, short_enough
 from vision_server.matching.nearest_edges import (
     AXIS_BINS,
     BIN_OVERLAP,
@@ -277,3 +277,12 @@ def test_segments_worth_matching_scale_with_the_target() -> None:
     assert long_enough(segments, 100.0).tolist() == [False, False, True, True]
     assert long_enough(segments, 10.0).tolist() == [False, True, True, True]
     assert long_enough(np.tile(segments, (2000, 1)), 10.0).sum() < 6001
+
+
+def test_segments_longer_than_any_straight_run_of_the_model_are_not_its() -> None:
+    edge_m = float(np.linalg.norm(np.diff(CUBE.vertices[CUBE.lines[0]], axis=0)))
+    edge_px = CAMERA.fx * edge_m / POSE.translation[2]
+    segments = np.array([[0, 0, n * edge_px, 0] for n in (0.5, 1.0, 1.05, 2.0, 5.0)])
+    assert short_enough(segments, CUBE, CAMERA, POSE).tolist() == [True, True, True, False, False]
+    close = Pose(POSE.rotation_vector, np.array([0.0, 0.0, 0.5 * CUBE.diameter]))  # any length may be seen
+    assert short_enough(segments, CUBE, CAMERA, close).all()

@@ -28,6 +28,19 @@ def test_finds_the_pose_in_clutter(name: str, seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", range(4))
+def test_finds_the_pose_before_a_wall_of_lines(seed: int) -> None:
+    """Its lines are longer than any of the model's; taken for these they are most of what is seen."""
+    model = load_model(find_target("cube"))
+    rng = np.random.default_rng(seed)
+    spaced = np.arange(-500.0, 1100.0, 12.0) + rng.uniform(0.0, 12.0)
+    wall = np.stack([spaced, np.zeros_like(spaced), spaced + 200.0, np.full_like(spaced, 480.0)], axis=1)
+    hidden = segments_of(model, POSE, seed=seed)[::2]  # the other lines are not seen
+    start = disturbed(POSE, rng, 25.0, 40.0, CAMERA.fx)
+    match = match_search(np.vstack([wall, hidden]), model, CAMERA, start, seed)
+    assert match[0].pose.error_to(POSE).within(1.0, 0.01)
+
+
+@pytest.mark.parametrize("seed", range(4))
 def test_the_range_grows_with_the_frame(seed: int) -> None:
     camera = CAMERA.scaled(6.0)
     model, reach = load_model(find_target("satellite")), search_translation_px(camera.width)

@@ -19,6 +19,7 @@ from vision_server.matching.views import (
     cells_of,
     frame_towards,
     least_line_px,
+    longest_straight_m,
     middle_of_cell,
     sparse_solid,
 )
@@ -97,3 +98,10 @@ def test_a_big_model_keeps_its_longest_lines_and_all_that_hides() -> None:
     length = np.linalg.norm(np.diff(SATELLITE.vertices[SATELLITE.lines], axis=1)[:, 0], axis=1)
     kept = np.linalg.norm(np.diff(solid.vertices[solid.lines], axis=1)[:, 0], axis=1)
     assert kept.min() > length.min()
+
+
+def test_lines_that_continue_each_other_are_one_straight_run() -> None:
+    wings = float(np.ptp(SATELLITE.vertices[SATELLITE.lines].reshape(-1, 3), axis=0).max())
+    single = np.linalg.norm(np.diff(SATELLITE.vertices[SATELLITE.lines], axis=1)[:, 0], axis=1).max()
+    assert longest_straight_m(SATELLITE) == pytest.approx(wings, rel=0.02)
+    assert longest_straight_m(SATELLITE) > 2.0 * single
