@@ -68,10 +68,11 @@ def test_the_nearest_recorded_frame_is_told_as_such(three_images: Path, tmp_path
     replayed = Path(shutil.copytree(three_images / "images", tmp_path / "stack"))
     never = ("--threshold", "0.000001", "--max-iterations", "2", "--no-report")
     assert served("--stack", replayed, "--out", tmp_path / "was", *never).returncode == 3
-    words = ("--at", "1", "--settings", "left 1, 1/60 s, f/2.8", "--out", tmp_path / "new")
+    exposure = str(read_result(three_images).steps[1].settings_words).split(", ", 1)[1]
+    words = ("--at", "1", "--settings", f"left 1, {exposure}", "--out", tmp_path / "new")
     done = what_if(tmp_path / "was", *words)
     assert done.returncode == 0, done.stderr
-    asked = "asked for left 1 right 0 top 0, 1/60 s, f/2.8; taken under"
+    asked = f"asked for left 1 right 0 top 0, {exposure}; taken under"
     assert "asked for left 1" in done.stdout
     assert asked in (tmp_path / "new" / "whatif.html").read_text()
 

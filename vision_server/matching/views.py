@@ -19,6 +19,7 @@ from geometry.hidden_lines import Trace, trace
 from geometry.model import Model
 from geometry.occluders import Solid
 from geometry.pose import Pose
+from geometry.straight_runs import longest_run
 from geometry.visibility import MIN_LINE_PX, solid_of
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
@@ -168,16 +169,8 @@ def longest_straight_m(model: Model) -> float:
 
     Lines that continue each other are linked to one segment in an image, and so are lines that bend little.
     """
-    lines = model.vertices[sparse_solid(model).lines]  # (L, 2, 3)
-    start, along = lines[:, 0], lines[:, 1] - lines[:, 0]
-    length = np.linalg.norm(along, axis=1)
-    longest = LITTLE_BENT_SHARE * model.diameter
-    for one in np.flatnonzero(length > 0.0):
-        unit = along[one] / length[one]
-        place = (lines - start[one]) @ unit
-        beside = np.linalg.norm(lines - start[one] - place[..., None] * unit, axis=-1).max(axis=1)
-        longest = max(longest, float(np.ptp(place[beside < ONE_LINE_SHARE * model.diameter])))
-    return longest
+    lines = model.vertices[sparse_solid(model).lines]
+    return longest_run(lines, ONE_LINE_SHARE * model.diameter, LITTLE_BENT_SHARE * model.diameter)
 
 
 def frame_towards(direction: Floats) -> Floats:

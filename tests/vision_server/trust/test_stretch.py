@@ -103,11 +103,12 @@ def test_a_part_of_another_size_is_the_same_part_at_another_range(model: Model) 
 
 
 def test_a_pose_that_is_rather_wrong_is_compared_with_other_models_too(model: Model) -> None:
-    found = estimated(stretched(model, np.log([0.8, 1.2, 1.0])), model)
+    found = estimated(stretched(model, np.log([0.8, 1.15, 1.0])), model)
     assert found.support is not None
     assert found.uncertainty is not None
-    assert WORTH_DOUBTING < confidence(found.support, found.ambiguity, found.uncertainty) < 0.5
-    assert found.score < 0.01
+    by_itself = confidence(found.support, found.ambiguity, found.uncertainty)
+    assert WORTH_DOUBTING < by_itself < 0.5
+    assert found.score < 0.1 * by_itself
 
 
 def test_a_pose_is_told_however_much_better_another_model_fits(
