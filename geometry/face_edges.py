@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from geometry.polygon import corners_of
 from numerics.arrays import Flags, Ints
 
 
@@ -37,11 +38,7 @@ class FaceEdges(NamedTuple):
 
 def edges_of(faces: Sequence[Ints]) -> FaceEdges:
     """The edges of polygons of vertex indices; a side from a vertex to itself is none."""
-    corner = np.concatenate([np.empty(0, np.int64), *faces])
-    counts = np.array([len(face) for face in faces], dtype=np.int64)
-    past = np.cumsum(counts)
-    following = np.arange(1, len(corner) + 1)
-    following[past - 1] = past - counts
+    corner, following, counts = corners_of(faces)
     a, b, face = corner, corner[following], np.repeat(np.arange(len(faces)), counts)
     kept = a != b
     a, b, face = a[kept], b[kept], face[kept]

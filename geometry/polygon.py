@@ -27,13 +27,9 @@ def area_vectors(vertices: Floats, faces: Sequence[Ints]) -> Floats:
     """`area_vector` of each of many polygons, faces of vertex indices: (F, 3)."""
     if not len(faces):
         return np.empty((0, 3))
-    counts = np.array([len(face) for face in faces])
-    last = np.cumsum(counts) - 1
-    first = last - counts + 1
-    corner = np.concatenate(faces)
+    corner, following, counts = corners_of(faces)
+    first = np.cumsum(counts) - counts
     x, y, z = (vertices[corner] - np.repeat(vertices[corner[first]], counts, axis=0)).T
-    following = np.arange(1, len(corner) + 1)
-    following[last] = first
     crossed = np.stack(
         [
             y * z[following] - z * y[following],
@@ -44,6 +40,19 @@ def area_vectors(vertices: Floats, faces: Sequence[Ints]) -> Floats:
     )
     out: Floats = 0.5 * np.add.reduceat(crossed, first, axis=0)
     return out
+
+
+def corners_of(faces: Sequence[Ints]) -> tuple[Ints, Ints, Ints]:
+    """Vertex indices of the corners of many polygons in a row, and where the next corner of each one is.
+
+    Both (C,); and how many corners each polygon has, (F,).
+    """
+    corner = np.concatenate([np.empty(0, np.int64), *faces])
+    counts = np.array([len(face) for face in faces], dtype=np.int64)
+    past = np.cumsum(counts)
+    following = np.arange(1, len(corner) + 1)
+    following[past - 1] = past - counts
+    return corner, following, counts
 
 
 def triangulate(corners: Floats) -> Ints:

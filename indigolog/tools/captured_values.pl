@@ -96,12 +96,8 @@ no_other(Theory, Name) :-
 
 free_argument(Term, Bound0, Names, Name) :-
     compound(Term),
-    compound_name_arity(Term, Functor, _),
-    (   binding_construct(Functor)
-    ->  names_bound_around([Term], Here),
-        append(Here, Bound0, Bound)
-    ;   Bound = Bound0
-    ),
+    names_bound_around([Term], Here),
+    append(Here, Bound0, Bound),
     arg(_, Term, Argument),
     (   atom(Argument)
     ->  memberchk(Argument, Names),
@@ -109,10 +105,3 @@ free_argument(Term, Bound0, Names, Name) :-
         Name = Argument
     ;   free_argument(Argument, Bound, Names, Name)
     ).
-
-binding_construct(pi).
-binding_construct(rpi).
-binding_construct(some).
-binding_construct(all).
-binding_construct(interrupt).
-binding_construct(for).
