@@ -31,7 +31,7 @@ from numerics.arrays import Floats
 from vision_server.baselines.genetic import GENERATIONS, POPULATION, evolved, match_genetic
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange, match_search
-from vision_server.matching.draws import even_numbers, poses_around
+from vision_server.matching.draws import even_numbers, poses_around, reach_m
 from vision_server.matching.icp import Lookup, score_poses
 from vision_server.matching.match import Problem, distinct, matching_problem
 from vision_server.matching.nearest_edges import NearestEdges, nearest_edges
@@ -66,7 +66,8 @@ def genetic_on_edges(
     restarts: int = 1,
 ) -> list[Pose]:
     """The same evolution, with the score of the search as its fitness; then aligned with the edges or not."""
-    problem = matching_problem(segments, model, camera, seed, COARSE_SPACING_PX)
+    nearer_m = reach_m(seed, camera, RANGE)
+    problem = matching_problem(segments, model, camera, seed, nearer_m, COARSE_SPACING_PX)
     if len(problem.segments) == 0:
         return []
     edges = nearest_edges(problem.segments, problem.camera)
@@ -91,7 +92,8 @@ def _edge_costs(edges: NearestEdges, problem: Problem, rotations: Floats, transl
 
 def even_draws(segments: Floats, model: Model, camera: Camera, seed: Pose, number: int) -> list[Pose]:
     """The search's draws and score, without anything after them."""
-    problem = matching_problem(segments, model, camera, seed, COARSE_SPACING_PX)
+    nearer_m = reach_m(seed, camera, RANGE)
+    problem = matching_problem(segments, model, camera, seed, nearer_m, COARSE_SPACING_PX)
     if len(problem.segments) == 0:
         return []
     edges = nearest_edges(problem.segments, problem.camera)

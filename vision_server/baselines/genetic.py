@@ -12,7 +12,7 @@ from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
-from vision_server.matching.draws import poses_in_range
+from vision_server.matching.draws import poses_in_range, reach_m
 from vision_server.matching.icp import LEAST_DEPTH_M
 from vision_server.matching.match import Hypothesis, SearchRange, distinct, matching_problem
 from vision_server.matching.search import MOST_HYPOTHESES
@@ -51,7 +51,8 @@ def match_genetic(
     search_range : around the seed pose.
     population, generations : the paper's numbers unless given.
     """
-    problem = matching_problem(segments, model, camera, seed_pose, SPACING_PX)
+    nearer_m = reach_m(seed_pose, camera, search_range)
+    problem = matching_problem(segments, model, camera, seed_pose, nearer_m, SPACING_PX)
     if len(problem.segments) == 0:
         return []
     lines = line_table(problem.segments)

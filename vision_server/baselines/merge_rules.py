@@ -60,9 +60,7 @@ def comparison_edges(
     return _edge_map(np.hypot(gx, gy), np.arctan2(gy, gx), floor)
 
 
-def _merged_gradient(
-    images: Sequence[Grey], linear: Sequence[Field], method: MergeRule
-) -> Field:
+def _merged_gradient(images: Sequence[Grey], linear: Sequence[Field], method: MergeRule) -> Field:
     """Gradient along x and y, (2, H, W), by one of the rules that have one."""
     if method == "max-gradient":
         gradients = np.stack([_gradient(channel) for channel in linear])

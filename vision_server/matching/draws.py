@@ -38,9 +38,13 @@ def poses_in_range(
     R = R_seed·Rx·Ry·Rz, T = T_seed + reach · Z_seed / f (docs/architecture.md).
     """
     angles = np.radians(search_range.rotation_deg) * numbers[:, :3]
-    reach_m = search_range.translation_px * seed_pose.translation[2] / camera.fx
     rotations: Floats = seed_pose.matrix @ euler_matrices(angles)
-    return rotations, seed_pose.translation + reach_m * numbers[:, 3:]
+    return rotations, seed_pose.translation + reach_m(seed_pose, camera, search_range) * numbers[:, 3:]
+
+
+def reach_m(seed_pose: Pose, camera: Camera, search_range: SearchRange) -> float:
+    """How far the range reaches along each axis of the camera, m."""
+    return float(search_range.translation_px * seed_pose.translation[2] / camera.fx)
 
 
 def poses_around(

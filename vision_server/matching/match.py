@@ -19,7 +19,6 @@ SAME_ROTATION_DEG, SAME_TRANSLATION_SHARE = 2.0, 0.01  # of the range: closer po
 # Bounds of the shortest segment that is used, this share of the model's typical line in the image; of more
 # than so many the longest are used (by hand: see `long_enough`).
 LEAST_SEGMENT_PX, MOST_SEGMENT_PX, SEGMENT_SHARE, MOST_SEGMENTS = 7.0, 14.0, 0.1, 5000
-NEARER_SHARE = 0.95  # of the seed pose's distance, at the search range's near end
 WORTH_REFINING_SHARE = 0.5  # of the best score; right poses were seen down to 0.68 of a wrong one's
 
 
@@ -150,13 +149,14 @@ class Problem:
 
 
 def matching_problem(
-    segments: Floats, model: Model, camera: Camera, seed_pose: Pose, spacing_px: float
+    segments: Floats, model: Model, camera: Camera, seed_pose: Pose, reach_m: float, spacing_px: float
 ) -> Problem:
     """Check what a matcher was given, and choose the segments.
 
     Parameters
     ----------
     segments : (N, 4) float64, [x1, y1, x2, y2] in ideal px.
+    reach_m : how much nearer than the seed pose the target may be, see `draws.reach_m`.
     spacing_px : between the samples of the model's lines.
 
     Raises
@@ -167,7 +167,7 @@ def matching_problem(
     must_be_in_front(seed_pose)
     views = Views(model, camera.ideal, seed_pose, spacing_px)
     chosen = long_enough(segments, views.typical_line_px(seed_pose))
-    chosen &= short_enough(segments, model, camera, seed_pose)
+    chosen &= short_enough(segments, model, camera, seed_pose, reach_m)
     return Problem(segments[chosen], views, camera.ideal)
 
 
@@ -185,12 +185,12 @@ def long_enough(segments: Floats, typical_line_px: float, least_px: float = LEAS
     return out
 
 
-def short_enough(segments: Floats, model: Model, camera: Camera, seed_pose: Pose) -> Flags:
-    """Which segments (N, 4) are no longer than any line of the model can look from near a seed pose.
+def short_enough(segments: Floats, model: Model, camera: Camera, seed_pose: Pose, reach_m: float) -> Flags:
+    """Which segments (N, 4) are no longer than any line of the model can look, up to so much nearer.
 
     What is longer, as the lines of a wall behind the target, is clutter, and pulls poses to it.
     """
-    nearest = NEARER_SHARE * seed_pose.apply(model.middle[None])[0, 2] - 0.5 * model.diameter
+    nearest = seed_pose.apply(model.middle[None])[0, 2] - reach_m - 0.5 * model.diameter
     if nearest <= 0.0:
         return np.ones(len(segments), dtype=bool)
     longest_px = longest_straight_m(model) * max(camera.fx, camera.fy) / nearest

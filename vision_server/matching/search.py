@@ -19,7 +19,7 @@ from geometry.pose import Pose
 from geometry.visibility import image_bounds
 from numerics.arrays import Floats
 from numerics.kernels import kernel
-from vision_server.matching.draws import even_numbers, in_range, poses_around
+from vision_server.matching.draws import even_numbers, in_range, poses_around, reach_m
 from vision_server.matching.icp import SUM, Lookup, Merit, align, align_poses, score_pose, score_poses
 from vision_server.matching.match import (
     Hypothesis,
@@ -89,7 +89,8 @@ def match_search(
     """
     factor = min(1.0, MATCHED_PX / size_px(model, camera, seed_pose))
     ends, small = at_scale(checked_segments(segments), camera, factor)
-    problem = matching_problem(ends, model, small, seed_pose, COARSE_SPACING_PX)
+    nearer_m = reach_m(seed_pose, camera, search_range)
+    problem = matching_problem(ends, model, small, seed_pose, nearer_m, COARSE_SPACING_PX)
     if len(problem.segments) == 0:
         return []
     edges = nearest_edges(problem.segments, problem.camera)
@@ -132,7 +133,8 @@ def match_near(
     out: list[list[tuple[float, Pose]]] = [[] for _ in models]
     edges = None
     for own, model in zip(out, models if pose.translation[2] > 0.0 else (), strict=False):
-        problem = matching_problem(ends, model, small, pose, COARSE_SPACING_PX)
+        nearer_m = reach_m(pose, camera, reach)
+        problem = matching_problem(ends, model, small, pose, nearer_m, COARSE_SPACING_PX)
         if len(problem.segments) > 0:
             edges = nearest_edges(problem.segments, problem.camera) if edges is None else edges
             found = _searched(edges, problem, model, camera, pose, seed, reach, LITTLE)

@@ -283,6 +283,9 @@ def test_segments_longer_than_any_straight_run_of_the_model_are_not_its() -> Non
     edge_m = float(np.linalg.norm(np.diff(CUBE.vertices[CUBE.lines[0]], axis=0)))
     edge_px = CAMERA.fx * edge_m / POSE.translation[2]
     segments = np.array([[0, 0, n * edge_px, 0] for n in (0.5, 1.0, 1.05, 2.0, 5.0)])
-    assert short_enough(segments, CUBE, CAMERA, POSE).tolist() == [True, True, True, False, False]
+    reach = 0.05 * POSE.translation[2]
+    assert short_enough(segments, CUBE, CAMERA, POSE, reach).tolist() == [True, True, True, False, False]
     close = Pose(POSE.rotation_vector, np.array([0.0, 0.0, 0.5 * CUBE.diameter]))  # any length may be seen
-    assert short_enough(segments, CUBE, CAMERA, close).all()
+    assert short_enough(segments, CUBE, CAMERA, close, 0.0).all()
+    half = 0.5 * POSE.translation[2]  # nearer by so much it looks twice as long and more
+    assert short_enough(segments, CUBE, CAMERA, POSE, half).tolist() == [True, True, True, True, False]
