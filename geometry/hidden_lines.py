@@ -44,7 +44,7 @@ class Trace(NamedTuple):
     outline: Flags
 
 
-@kernel(nogil=True)
+@kernel()
 def trace(
     solid: Solid,
     rotation: Floats,

@@ -17,11 +17,13 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 def kernel(**options: Any) -> Callable[[Function], Function]:
     """Decorator of a kernel; the options are `numba.njit`'s. To divide by zero is no error, as in NumPy.
 
+    Kernels let go of the interpreter's lock while they run, so that two cores can (`numerics.two_cores`).
+
     What is compiled at the first call for arguments of some kinds is taken from the disk by every later
     process (`numerics.stale_kernels` says when it must not be).
     """
 
     def decorated(function: Function) -> Function:
-        return cast(Function, njit(cache=True, error_model="numpy", **options)(function))
+        return cast(Function, njit(cache=True, error_model="numpy", nogil=True, **options)(function))
 
     return decorated

@@ -29,7 +29,7 @@ class Marks(NamedTuple):
     numbers: NDArray[np.int32]
 
 
-@kernel(nogil=True)
+@kernel()
 def no_marks(count: int) -> Marks:
     """For a row of so many."""
     marked = np.zeros((count + 7) // 8 * 8, np.bool_)

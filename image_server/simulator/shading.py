@@ -146,7 +146,7 @@ def _scattered(
     return total / places, a, b, c
 
 
-@kernel(nogil=True)
+@kernel()
 def shade(
     samples: SurfaceSamples, pixel: Floats, scene: Scene, light: Illumination, even_light: Floats
 ) -> Field:

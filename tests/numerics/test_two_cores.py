@@ -9,7 +9,7 @@ import threading
 
 import pytest
 
-from numerics.two_cores import beside, both
+from numerics.two_cores import beside, both, each
 
 MANY_CORES = pytest.mark.skipif(len(os.sched_getaffinity(0)) < 2, reason="one core: calls run in turn")
 
@@ -23,6 +23,11 @@ def many_cores(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_both_results_come_back_in_order() -> None:
     for number in range(20):
         assert both(lambda n=number: n, lambda n=number: -n) == (number, -number)
+
+
+def test_each_item_has_its_answer_in_order() -> None:
+    for count in range(6):
+        assert each(lambda number: number**2, range(count)) == [number**2 for number in range(count)]
 
 
 @MANY_CORES

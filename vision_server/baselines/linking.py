@@ -16,7 +16,7 @@ MAX_TURN_COSINE = 0.5  # of the angle between one step and the edge's own direct
 MAX_AXIS_COSINE = 0.7  # of the angle between the orientations of two linked edgels
 
 
-@kernel(nogil=True)
+@kernel()
 def _next(edgels: FreeEdgels, here: int, dx: float, dy: float) -> int:
     """The best edgel to go on to from ``here`` towards (dx, dy), or -1."""
     rows, columns = edgels.number_at.shape
@@ -40,7 +40,7 @@ def _next(edgels: FreeEdgels, here: int, dx: float, dy: float) -> int:
     return best
 
 
-@kernel(nogil=True)
+@kernel()
 def _follow(edgels: FreeEdgels, seed: int, sign: float, chain: Ints) -> int:
     """Write the edgels reached from the seed in one direction into ``chain``; how many they are."""
     here, count = seed, 0
@@ -58,7 +58,7 @@ def _follow(edgels: FreeEdgels, seed: int, sign: float, chain: Ints) -> int:
         dx, dy = tx, ty
 
 
-@kernel(nogil=True)
+@kernel()
 def _chains(edgels: FreeEdgels, seeds: Ints) -> tuple[Ints, Ints]:
     """Edgels of all chains, and each chain's first and one past its last; an edgel is in one at most."""
     order, back = np.empty(len(seeds), np.int64), np.empty(len(seeds), np.int64)

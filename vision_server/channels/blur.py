@@ -39,7 +39,7 @@ def halved(image: Pixels) -> Pixels:
     return deepened(half) if half.dtype == np.float32 else np.asarray(half, image.dtype)
 
 
-@kernel(nogil=True)
+@kernel()
 def _soften(half: Grey, y: int, column: Field, soft: Slopes) -> None:
     """Row ``y`` smoothed both ways, rounded once, as the inner part of ``soft``; a border mirrors it.
 
@@ -66,7 +66,7 @@ def _soften(half: Grey, y: int, column: Field, soft: Slopes) -> None:
     soft[0], soft[columns + 1] = soft[2], soft[columns - 1]
 
 
-@kernel(nogil=True)
+@kernel()
 def _slopes(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes) -> None:
     """Sobel's slopes of the softened image along x and y, and the sum of their lengths; borders mirror."""
     rows, columns = half.shape
@@ -90,7 +90,7 @@ def _slopes(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes) -> None:
             both[x] = abs(along[x]) + abs(across[x])
 
 
-@kernel(nogil=True)
+@kernel()
 def least_strong(slope: Slopes) -> int:
     """The least slope of the strongest ones: one that the sampled rows' STRONGEST_SHARE reach, 1 at least."""
     rows, columns = slope[::SAMPLE_STEP].shape
@@ -109,7 +109,7 @@ def least_strong(slope: Slopes) -> int:
     return max(least, 1)
 
 
-@kernel(nogil=True)
+@kernel()
 def _ridges(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes, margin: int) -> Ints:
     """Rows (y, x) of strong slopes, maxima along the nearest of four directions, beside nothing clipped."""
     rows, columns = slope.shape
@@ -148,7 +148,7 @@ def _strongest_edgels(half: Grey, margin: int) -> Ints:
     return np.asarray(_ridges(half, gx, gy, slope, margin))
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _step_heights(half: Grey, edgels: Ints, smooth: Field, derivative: Field) -> Field:
     """Length of the gradient at some pixels, as the height of the ideal step that would give it."""
     heights = np.empty(len(edgels), np.float32)

@@ -69,7 +69,7 @@ def gradient(linear: Grey | Field, kernels: Kernels) -> Gradient:
     return Gradient(along_x, along_y, _length(along_x, along_y))
 
 
-@kernel(nogil=True)
+@kernel()
 def _length(along_x: Field, along_y: Field) -> Field:
     """Length of each vector; `cv2.magnitude` rounds by where its arrays lie in memory, run by run."""
     length = np.empty_like(along_x)
@@ -90,14 +90,14 @@ class PixelList(NamedTuple):
         return GradientPixels(self.places[:found], *self.values[:, :found])
 
 
-@kernel(nogil=True)
+@kernel()
 def empty_list(pixels: int) -> PixelList:
     """For the pixels of some rows, of which there are so many."""
     room = pixels // FIRST_ROOM
     return PixelList(np.empty(room, np.int32), np.empty((5, room), np.float32))
 
 
-@kernel(nogil=True)
+@kernel()
 def with_room(listed: PixelList, found: int, more: int) -> PixelList:
     """The same list, or a longer one, with room for so many more than the first ones that are found."""
     if found + more <= len(listed.places):
@@ -194,7 +194,7 @@ def pixels_of_rows(gradient: Gradient, level: Grey, floor_of: Field, first: int,
     return listed.first(found)
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _list_rows(
     gradient: Gradient, level: Grey, floor_of: Field, first: int, end: int
 ) -> tuple[PixelList, int]:

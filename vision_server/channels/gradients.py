@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from threading import Lock
 from typing import NamedTuple
 
 import cv2
@@ -140,6 +141,7 @@ class GradientChannel:
     blur_px: float = 0.0
     tiles: Tiles = field(init=False)
     count: Ints = field(init=False)
+    _lock: Lock = field(init=False, default_factory=Lock, repr=False)
 
     def __post_init__(self) -> None:
         rows, columns = (-(-side // TILE_PX) for side in self.frame.shape)
@@ -160,14 +162,15 @@ class GradientChannel:
         scale
             (N,), index into SCALES_PX for each normal; the first scale is needed everywhere.
         """
-        known = self.count.copy()
-        if known[scale.max(initial=0)] == 0:
-            beyond_px += self.around_px
-        new = _claimed(self.tiles.number, self.count, self.frame.shape, scale, normals, float(beyond_px))
-        for index in np.flatnonzero(self.count > known).tolist():
-            first = int(known[index])
-            for block in blocks_of(new[index, first : self.count[index]]):
-                self._fill(index, first, block)
+        with self._lock:  # of two threads that look at a pose each, one may need what the other has begun
+            known = self.count.copy()
+            if known[scale.max(initial=0)] == 0:
+                beyond_px += self.around_px
+            new = _claimed(self.tiles.number, self.count, self.frame.shape, scale, normals, float(beyond_px))
+            for index in np.flatnonzero(self.count > known).tolist():
+                first = int(known[index])
+                for block in blocks_of(new[index, first : self.count[index]]):
+                    self._fill(index, first, block)
 
     def _fill(self, index: int, first: int, block: Numbers) -> None:
         """The new tiles of a block, numbered from ``first`` on, from what surrounds it."""
@@ -200,7 +203,7 @@ def clip_reach(index: int) -> int:
     return int(np.ceil(2.0 * SCALES_PX[index]))
 
 
-@kernel(nogil=True)
+@kernel()
 def _claimed(
     number: Numbers, count: Ints, shape: tuple[int, int], scale: Ints, normals: Normals, beyond_px: float
 ) -> Numbers:
@@ -236,7 +239,7 @@ def blocks_of(places: Numbers) -> Iterator[Numbers]:
             yield from blocks_of(part)
 
 
-@kernel(nogil=True)
+@kernel()
 def _cut(image: Field, corner: Ints, block: Numbers, number: Numbers, first: int, out: Field) -> None:
     """Lay an image whose first pixel is at a ``corner`` (row, column) into the new tiles of a block.
 
@@ -256,7 +259,7 @@ def _cut(image: Field, corner: Ints, block: Numbers, number: Numbers, first: int
                 row[there:] = given[there - 1]
 
 
-@kernel(nogil=True)
+@kernel()
 def _cut_gradient(
     along_x: Field, along_y: Field, corner: Ints, block: Numbers, number: Numbers, first: int, out: Field
 ) -> None:

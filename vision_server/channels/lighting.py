@@ -136,7 +136,7 @@ def lighting(
     return Lighting(level, reach, noise_of, root, root_of_brightest)
 
 
-@kernel(nogil=True)
+@kernel()
 def _roots(
     linear_of: Floats, exposure: float, sharpness: float, weight_exponent: float
 ) -> tuple[Field, Field]:
@@ -158,7 +158,7 @@ def _looked_up(level: Any, table: Field) -> Field:
     return np.asarray(cv2.LUT(level, table), np.float32)
 
 
-@kernel(nogil=True)
+@kernel()
 def _noise_at(level: Grey, places: NDArray[np.int32], noise_of: Field) -> Field:
     """As `Lighting.noise_at`, of whole greys."""
     found, flat = np.empty(len(places), np.float32), level.ravel()
@@ -167,7 +167,7 @@ def _noise_at(level: Grey, places: NDArray[np.int32], noise_of: Field) -> Field:
     return found
 
 
-@kernel(nogil=True)
+@kernel()
 def coarse_places(places: NDArray[np.int32], columns: int, coarse: tuple[int, int]) -> NDArray[np.int32]:
     """Flat indices (N,) of the 2 x 2 px, of which there are ``coarse`` rows and columns, that hold pixels."""
     found = np.empty(len(places), np.int32)

@@ -80,7 +80,7 @@ def _gradient_of_row(ring: Field, y: int, kernels: Kernels, room: Field, gradien
         length[x] = np.sqrt(dx * dx + dy * dy)
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _list_rows(
     image: Grey | Field, smooth: Field, derivative: Field, level: Grey, floor_of: Field, first: int, end: int
 ) -> tuple[PixelList, int]:
@@ -107,7 +107,7 @@ def _list_rows(
     return listed, found
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def narrow_magnitudes(image: Grey | Field, smooth: Field, derivative: Field, rows: Ints) -> Field:
     """Lengths of the gradient of some rows (R,) of an image, by kernels of radius 2, float32 (R, W)."""
     columns = image.shape[1]

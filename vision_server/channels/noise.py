@@ -91,7 +91,7 @@ def _medians(image: Grey, step: int) -> tuple[Floats, Floats]:
     return _band_medians(image, step, LARGEST_RESPONSE)
 
 
-@kernel(nogil=True)
+@kernel()
 def _band_medians(image: Grey, step: int, largest: int) -> tuple[Floats, Floats]:
     """Median of the mask's absolute response in each band of grey, and how many responses it is of.
 
@@ -130,7 +130,7 @@ def _band_medians(image: Grey, step: int, largest: int) -> tuple[Floats, Floats]
     return medians, counts
 
 
-@kernel(nogil=True)
+@kernel()
 def _variance_line(medians: Floats, counts: Floats) -> tuple[float, float]:
     """The weighted fit variance = a + b grey with a, b >= 0 over the bands that have enough samples."""
     n, sg, sv, sgg, sgv = 0.0, 0.0, 0.0, 0.0, 0.0
@@ -181,7 +181,7 @@ def gradient_scale(image: Pixels, noise: Floats, counts: Ints) -> float:
     return min(max(scale, FINEST_SCALE_PX), COARSEST_SCALE_PX)
 
 
-@kernel(nogil=True)
+@kernel()
 def _of_ranks(counts: Ints) -> tuple[int, int, int]:
     """Greys of `TELLING_RANKS`, by how many pixels have each of 256."""
     greys, total = np.zeros(3, np.int64), counts.sum() - 1
@@ -220,7 +220,7 @@ def sampled_greys(image: Pixels) -> Ints:
     return _counts(rounded(image[::SAMPLE_STEP, ::SAMPLE_STEP]), 1) if is_deep(image) else _counts(image)
 
 
-@kernel(nogil=True)
+@kernel()
 def _counts(image: Grey, step: int = SAMPLE_STEP) -> Ints:
     """How many of the sampled pixels have each of the 256 greys."""
     counts = np.zeros(256, np.int64)
@@ -254,7 +254,7 @@ def smooth_noise_factor(magnitude: Field, grey: Pixels, noise_of: Field) -> floa
     return float(min(max(quarter / RAYLEIGH_QUARTER, 1.0), MOST_SMOOTHING))
 
 
-@kernel(nogil=True)
+@kernel()
 def _of_noise(magnitude: Field, grey: Pixels, whole: Grey, black: int, noise_of: Field) -> Field:
     """Gradients (N,) over their noise, of the pixels (R, W) that are neither black nor clipped."""
     found, count = np.empty(magnitude.size, np.float32), 0

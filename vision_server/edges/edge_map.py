@@ -102,7 +102,7 @@ class EdgeMap:
         return FreeEdgels(self.index, self.places, self.points, self.normals, chosen.copy())
 
 
-@kernel(nogil=True)
+@kernel()
 def _points(places: NDArray[np.int32], offset: Field, normals: Field, columns: int) -> Field:
     """As `EdgeMap.points`, of an image so wide."""
     points, width = np.empty_like(normals), np.int32(columns)

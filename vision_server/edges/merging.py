@@ -50,7 +50,7 @@ def merged_at(channels: Sequence[ChannelStatistics], y: int, x: int) -> tuple[fl
     return share * mass, mass, axis
 
 
-@kernel(nogil=True)
+@kernel()
 def _number(places: NDArray[np.int32], numbers: NDArray[np.int32], count: int) -> int:
     """Give a number to each of the pixels that has none; how many there are then."""
     flat = numbers.ravel()
@@ -61,7 +61,7 @@ def _number(places: NDArray[np.int32], numbers: NDArray[np.int32], count: int) -
     return count
 
 
-@kernel(nogil=True)
+@kernel()
 def _accumulate(
     pixels: GradientPixels, weight: Field, noise: Field, state: SetState, begin: int, end: int
 ) -> None:

@@ -102,7 +102,7 @@ def _directions_near(images: Sequence[SureEdgels]) -> NDArray[np.uint16]:
     return np.ascontiguousarray(rows[:, :-2] | rows[:, 1:-1] | rows[:, 2:])
 
 
-@kernel(nogil=True)
+@kernel()
 def _votes(
     met: NDArray[np.uint16], places: NDArray[np.int32], directions: Grey
 ) -> NDArray[np.int32]:

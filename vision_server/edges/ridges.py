@@ -72,7 +72,7 @@ def _coarse(at: int, end: int) -> int:
     return min(at >> 1, end - 1)
 
 
-@kernel(nogil=True)
+@kernel()
 def _pixels(state: SetState, inverse: Field, first: int, end: int) -> Pixels:
     """The pixels of rows ``first`` up to ``end`` that have a state."""
     numbers, sums = state.numbers, state.sums
@@ -93,7 +93,7 @@ def _pixels(state: SetState, inverse: Field, first: int, end: int) -> Pixels:
     return Pixels(places[:found], states[:found], masses[:found])
 
 
-@kernel(nogil=True)
+@kernel()
 def _largest_masses(pixels: Pixels, width: int, coarse: tuple[int, int], first: int, end: int) -> Field:
     """Largest mass in each 2 x 2 px of the coarse rows ``first`` up to ``end``, of which the pixels are.
 
@@ -110,7 +110,7 @@ def _largest_masses(pixels: Pixels, width: int, coarse: tuple[int, int], first: 
     return largest
 
 
-@kernel(nogil=True)
+@kernel()
 def _candidates(
     pixels: Pixels, state: SetState, least: Field, largest: Field, above: int, first: int, end: int
 ) -> Pixels:
@@ -178,7 +178,7 @@ def _across(sums: Field, c: np.float32, s: np.float32) -> tuple[bool, np.float32
     return here >= ahead and here > behind, min(max(offset, -MOST_OFFSET_PX), MOST_OFFSET_PX)
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _edgels(state: SetState, inverse: Field, floor: Field, candidates: Pixels) -> tuple[Places, Field]:
     """The candidates that are maxima across the axis of their mixture: places, and what is known of them."""
     places, states, masses = candidates

@@ -83,7 +83,7 @@ def hysteresis(edges: EdgeMap, low: float | Field, high: float | Field) -> Flags
     return _reached(edges.places, edges.shape[1], weak, strong)
 
 
-@kernel(nogil=True)
+@kernel()
 def _reached(places: NDArray[np.int32], columns: int, weak: Flags, strong: Flags) -> Flags:
     """Which of N ascending places are 8-connected through weak ones to a strong one, weak itself.
 

@@ -42,7 +42,7 @@ def lamps_are_alone(sides: Sides) -> bool:
     return bool(ends[-1] >= LEAST_AGREEING * steps and np.count_nonzero(ends[:-1] >= FEWEST) > len(sd) / 2)
 
 
-@kernel(nogil=True)
+@kernel()
 def _agreeing(of: Sides, sd: Field, lit: Flags) -> tuple[Ints, int]:
     """Steps in some of C images and none in others, and in which of these what is left agrees.
 
@@ -102,7 +102,7 @@ def shadow_of_some(sides: Sides, dark_side: Field) -> Field:
     return found
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _some_blocked(of: Sides, dark: np.float32, dark_side: Field, found: Field) -> None:
     """As `shadow_of_some`, of the logarithm of ``dark_side``; ``found`` is an output."""
     channels, count = of.noise.shape

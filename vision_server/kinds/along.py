@@ -37,7 +37,7 @@ def mean_along(edges: EdgeMap, values: Field) -> Field:
     return np.ascontiguousarray(means.T[: len(values)])
 
 
-@kernel(nogil=True)
+@kernel()
 def _means(number_at: NDArray[np.int32], points: Field, normals: Field, values: Field) -> Field:
     rows, columns = number_at.shape
     means, half = np.empty_like(values), np.float32(0.5)

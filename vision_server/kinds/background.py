@@ -149,7 +149,7 @@ def brightest_cells(channels: Sequence[ChannelStatistics]) -> Field:
     return best
 
 
-@kernel(nogil=True)
+@kernel()
 def _brighten(pixels: Grey, linear_of: Field, scale: np.float32, step: int, best: Field) -> None:
     """Let squares (rows, columns) of ``best``, of so many px, be at least as bright as `_coarse` has them."""
     first = step // 2 - 1
@@ -160,7 +160,7 @@ def _brighten(pixels: Grey, linear_of: Field, scale: np.float32, step: int, best
             of_row[u] = max(of_row[u], (linear_of[row[at]] + linear_of[next_row[at + 1]]) * scale)
 
 
-@kernel(nogil=True)
+@kernel()
 def _brighten_linear(pixels: Grey, scale: np.float32, best: Field) -> None:
     """`_brighten` by cells, without a tone curve: between them as well, which fills vector registers."""
     for v in range(len(best)):

@@ -75,7 +75,7 @@ def one_blocked(
     return np.asarray(fitted + prior)
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _one_blocked(
     near: Field, dark: np.float32, logs: Reals, noise: Reals, light: Field, depth_sd: np.float32, found: Field
 ) -> None:

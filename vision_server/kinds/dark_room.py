@@ -40,7 +40,7 @@ def unsure_and_lit(sides: Sides) -> tuple[Field, Flags]:
     return sd, lit
 
 
-@kernel(nogil=True)
+@kernel()
 def _unsure_and_lit(near: Field, noise: Field, sd: Field, lit: Flags) -> None:
     """As `unsure_and_lit`; ``sd`` and ``lit`` are outputs."""
     channels, count = noise.shape

@@ -118,7 +118,7 @@ def less_crease(parts: Sides, dark_side: tuple[Field, Field] | None = None) -> L
     return less
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _each_light(near: Field, noise: Field, dark: np.float32, each: EachLight) -> None:
     """What each light by itself is to N edgels: ``each`` is an output."""
     lights, count = noise.shape
@@ -150,7 +150,7 @@ def _sure(value: np.float32) -> np.float32:
     return min(max(value, -SUREST), SUREST)
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _others_alike(each: EachLight, near: Field, at_end: Field, behind: Field, less: LessCrease) -> None:
     """Where all lights are alike but one that ends or is mirrored, or some that are missing.
 
@@ -193,7 +193,7 @@ def _others_alike(each: EachLight, near: Field, at_end: Field, behind: Field, le
         less.outline[i] = base[i] + np.float32(math.log(max(some_missing, LEAST)))
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _on_prints(each: EachLight, at_end: Field, less: LessCrease) -> None:
     """Where all lights but one have the same log-ratio: adds to ``less``' shadow; gives glare, and crease."""
     lights, count = each.alike.shape

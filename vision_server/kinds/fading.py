@@ -60,7 +60,7 @@ def with_fading(edges: EdgeMap) -> EdgeMap:
     return _joined(edges, coarse[sure], axis[sure], offset[sure], noises.mean(axis=0)[sure])
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _logarithms(values: Field) -> Field:
     """`np.log` of an image."""
     logs = np.empty_like(values)
@@ -70,7 +70,7 @@ def _logarithms(values: Field) -> Field:
     return logs
 
 
-@kernel(nogil=True)
+@kernel()
 def steps_into_the_dark(
     logs: Field, along_x: Field, along_y: Field, least: np.float32, ground: np.float32
 ) -> tuple[Places, Field]:
@@ -162,7 +162,7 @@ def _joined(edges: EdgeMap, coarse: Places, axis: Field, offset: Field, floor: F
     )
 
 
-@kernel(nogil=True)
+@kernel()
 def _free_pairs(
     number_at: Places, coarse: Places, cosine: Field, sine: Field, offset: Field
 ) -> tuple[Places, Places, Field]:

@@ -88,7 +88,7 @@ def _direction(axis: np.float32, behind: np.float32, ahead: np.float32) -> int:
     return (number + DIRECTIONS // 2 if behind < ahead else number) % DIRECTIONS
 
 
-@kernel(nogil=True)
+@kernel()
 def _dark_side(near: Field, axis: Field) -> Ints:
     """Number (L, N) of the direction to the side that each light gives less to."""
     numbers = np.empty((len(near), len(axis)), np.int64)
@@ -98,7 +98,7 @@ def _dark_side(near: Field, axis: Field) -> Ints:
     return numbers
 
 
-@kernel(nogil=True)
+@kernel()
 def _of_dark_sides(falling: Falling, near: Field, axis: Field, shadow: Field, outline: Field) -> None:
     """As `Falling.of`; ``shadow`` and ``outline`` (L, N) are outputs."""
     last = len(near) - 1
@@ -141,7 +141,7 @@ def _shading(parts: Sides, is_outline: Flags) -> Floats:
     return towards
 
 
-@kernel(nogil=True)
+@kernel()
 def _sum_shading(near: Field, axis: Field, outlines: Ints, towards: Floats) -> None:
     """As `_shading`, by the numbers of the outlines; ``towards`` (L, 2) is an output."""
     lights, count = len(near), len(outlines)

@@ -43,7 +43,7 @@ def free_cells(edges: EdgeMap, sides: Sides, shape: tuple[int, int]) -> Flags:
     return free
 
 
-@kernel(nogil=True)
+@kernel()
 def _bar(places: NDArray[np.int32], width: int, sides: Sides, free: Flags) -> None:
     """Let the cells of the N places in an image so wide that bar the ground's way not be free."""
     rows, columns = free.shape
@@ -125,7 +125,7 @@ def _up_to_the_border(cells: Flags) -> Grey:
     return np.asarray(framed[1:-1, 1:-1] == 2, np.uint8)
 
 
-@kernel(nogil=True)
+@kernel()
 def _sides_met(
     number_at: NDArray[np.int32], points: Field, normals: Field, ground: Grey, beside: Grey, reach: int
 ) -> Grey:

@@ -122,7 +122,7 @@ def fit_kinds(likelihood: Reals) -> tuple[Reals, Reals]:
     return likely * share[:, None] / (share @ likely), share
 
 
-@kernel(nogil=True)
+@kernel()
 def less_sure_shadows(probability: Reals) -> None:
     """Let shadows (6, N) that are likelier than all else but outlines have the root of their odds.
 
@@ -141,7 +141,7 @@ def less_sure_shadows(probability: Reals) -> None:
             probability[SHADOW, i] = shadow
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _shares_of_kinds(likely: Field) -> Floats:
     """How frequent kinds are (K,), by how likely N edgels are of each (K, N)."""
     kinds, count = likely.shape
@@ -220,7 +220,7 @@ def _clear_and_sure(channel: ChannelStatistics) -> tuple[float, float]:
     return _shares(gradient.places, gradient.magnitude, level, light.noise_of, light.reach, of_channel)
 
 
-@kernel(nogil=True)
+@kernel()
 def _shares(
     places: NDArray[np.int32], magnitude: Field, level: Grey, noise_of: Field, reach: int,
     of_channel: tuple[int, int],

@@ -141,7 +141,7 @@ def _telling_steps(sides: Sides, most_on: int) -> Floats:
     return np.asarray((step / step.max(axis=0)).T, np.float64)
 
 
-@kernel(nogil=True)
+@kernel()
 def _telling(of: Sides, sd: Field, lit: Flags, most_on: int) -> Ints:
     """Which of N edgels step in ``most_on`` of C channels at most; of `unsure_and_lit` ``sd`` and ``lit``."""
     channels, count = of.noise.shape
@@ -184,7 +184,7 @@ def _clusters(steps: Floats) -> list[Cluster]:
     return clusters
 
 
-@kernel(nogil=True)
+@kernel()
 def _largest(apart: Floats, left: Flags, near: Flags) -> int:
     """How many of the steps that are left (M,) are in the largest cluster, which is not left then.
 
@@ -205,7 +205,7 @@ def _largest(apart: Floats, left: Flags, near: Flags) -> int:
     return largest
 
 
-@kernel(nogil=True)
+@kernel()
 def _apart(steps: Floats) -> Floats:
     """By how much each of M steps (M, C) differs from each other one at most, float64 (M, M)."""
     apart = np.zeros((len(steps), len(steps)))

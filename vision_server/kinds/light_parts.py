@@ -96,7 +96,7 @@ def parts_of(sides: Sides, lights: KnownLights) -> Sides | None:
     return Sides(near, near, noise, known, sides.axis, sides.dark, sides.sharpness)
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _parts(share: Field, of: Sides, near: Field, noise: Field, known: Flags) -> None:
     """As `parts_of`; the last three are outputs."""
     channels, count = of.noise.shape

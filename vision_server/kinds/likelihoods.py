@@ -140,7 +140,7 @@ def _by_ground(found: Reals, sides: Sides, background: Background, met: Grey) ->
     found[OUTLINE] -= np.float32(rarer) * (met == NEITHER)
 
 
-@kernel(nogil=True)
+@kernel()
 def _before_lit(found: Reals, brightest: Field, met: Grey, lit: np.float32) -> None:
     """Let an outline before a ground that is brighter than ``lit`` be what a crease or a print is, too."""
     likelier = np.float32(LIKELIER_BEFORE_LIT)
@@ -209,7 +209,7 @@ def _known_lights(found: Reals, sides: Sides, lights: KnownLights, falling: Fall
         found[HIGHLIGHT, other] = highlight - RARER_HIGHLIGHT
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _beside_crease(found: Reals, less: LessCrease, told: Flags) -> None:
     """Let what else edgels may be than creases say so in ``found`` (6, N), an output.
 

@@ -46,7 +46,7 @@ def scatter(sides: Sides, background: float) -> Field:
     return found
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _sums(values: Field, noise: Field, more: float) -> Field:
     """ALONE, PRECISION and PULL (3, N) of values (C, N) whose variances are ``noise`` and so much more."""
     channels, count = values.shape
@@ -60,7 +60,7 @@ def _sums(values: Field, noise: Field, more: float) -> Field:
     return sums
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _about_a_mean(sums: Field, sd: float, found: Field) -> None:
     """Log-likelihood (N,), an output, that values scatter about a mean that is N(0, sd^2), by their sums."""
     alone, precision, pull = sums[ALONE], sums[PRECISION], sums[PULL]
@@ -69,7 +69,7 @@ def _about_a_mean(sums: Field, sd: float, found: Field) -> None:
         found[i] = alone[i] + of_a_mean(precision[i], pull[i], variance)
 
 
-@kernel(nogil=True, fastmath={"reassoc", "contract", "nsz"})
+@kernel(fastmath={"reassoc", "contract", "nsz"})
 def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) -> None:
     """As `scatter`; ``background`` has what is dark added to it, ``found`` is an output."""
     channels, count = of.noise.shape

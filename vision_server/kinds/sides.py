@@ -137,7 +137,7 @@ def _sharpness(edges: EdgeMap, near: Field, reach: float) -> Field:
     return _steepness(edges.mass, near, np.float32(contrast))
 
 
-@kernel(nogil=True)
+@kernel()
 def _steepness(mass: Field, near: Field, contrast: np.float32) -> Field:
     """Contrasts (N,) over those of a slope, which are so many times the sum of steps (C, 2, N)."""
     found, least = np.zeros_like(mass), np.float32(LEAST_CONTRAST)
@@ -149,7 +149,7 @@ def _steepness(mass: Field, near: Field, contrast: np.float32) -> Field:
     return found
 
 
-@kernel(nogil=True)
+@kernel()
 def _places(
     points: Field, normals: Field, reach: Field, rows: int, columns: int
 ) -> tuple[NDArray[np.int32], Field]:
@@ -183,7 +183,7 @@ def _places(
     return pixels, parts
 
 
-@kernel(nogil=True)
+@kernel()
 def _read(
     grey: FlatGrey,
     pixels: NDArray[np.int32],

@@ -60,7 +60,7 @@ def alone_and_together(sides: Sides) -> KnownLights | None:
     return None
 
 
-@kernel(nogil=True)
+@kernel()
 def _bounds(near: Field, variance: Field, other: int) -> tuple[Field, Field]:
     """The least and the most that the level of all lamps in the ``other`` one of C images (C, 2, N) may be.
 
@@ -117,7 +117,7 @@ def _of_lamps(near: Field, variance: Field, of_sun: Field) -> Floats:
     )
 
 
-@kernel(nogil=True)
+@kernel()
 def _left_over(near: Field, variance: Field, of_sun: Field, levels: Floats, one: int) -> float:
     """Mean square of what ``one`` image shows beside a sum of all by ``levels``, in its variance by noise."""
     count, sun, total = len(of_sun), (1.0 - levels.sum()) ** 2, 0.0

@@ -138,7 +138,7 @@ def templates(seen: Sequence[Look], camera: Camera, distance: float, cell_px: fl
     return Templates(offset, bins, count, length)
 
 
-@kernel(nogil=True)
+@kernel()
 def _lay(
     points: Floats, along: Floats, distance: float, cells: float, offset: Offsets, bins: Offsets
 ) -> None:
@@ -175,7 +175,7 @@ def _poses(
     return lean.reshape(-1, 3, 3) @ turn.reshape(-1, 3, 3) @ frames, distance * rays
 
 
-@kernel(nogil=True, boundscheck=False)
+@kernel(boundscheck=False)
 def vote(gain: Bytes, offset: Offsets, bins: Offsets, count: Ints, length: Floats) -> tuple[Floats, Floats]:
     """The best place of each template, every second row and column tried, and what it is worth there.
 
@@ -225,7 +225,7 @@ def vote(gain: Bytes, offset: Offsets, bins: Offsets, count: Ints, length: Float
     return score, place
 
 
-@kernel(nogil=True)
+@kernel()
 def _of_each_parity(gain: Bytes, stride: int, before: int, size: int) -> tuple[Bytes, Floats]:
     """The cells of each parity apart, (AXIS_BINS, 4, size), and the mean of each bin, (AXIS_BINS,).
 
@@ -244,14 +244,14 @@ def _of_each_parity(gain: Bytes, stride: int, before: int, size: int) -> tuple[B
     return padded, chance
 
 
-@kernel(nogil=True)
+@kernel()
 def _add(total: NDArray[np.uint16], some: Bytes) -> None:
     """Add bytes to sums of two bytes; a loop of its own, which the compiler makes wide."""
     for i in range(len(total)):
         total[i] += some[i]
 
 
-@kernel(nogil=True)
+@kernel()
 def _add_eight(total: NDArray[np.uint16], flat: Bytes, first: Ints) -> None:
     """`_add` of eight stretches that begin there: one at a time, most of it is reading and writing sums."""
     n = len(total)
@@ -264,7 +264,7 @@ def _add_eight(total: NDArray[np.uint16], flat: Bytes, first: Ints) -> None:
         total[i] += four + np.uint16(e[i]) + np.uint16(f[i]) + np.uint16(g[i]) + np.uint16(h[i])
 
 
-@kernel(nogil=True)
+@kernel()
 def _most(some: NDArray[np.uint16]) -> int:
     """The largest of some sums."""
     out = np.uint16(0)

@@ -235,7 +235,7 @@ def middle_of_cell(cell: int, frame: Floats) -> Floats:
     return out
 
 
-@kernel(nogil=True)
+@kernel()
 def _seen_from(
     solid: Solid,
     cell: int,

@@ -75,7 +75,7 @@ def _agree(edgels: FreeEdgels, at: int, nx: float, ny: float) -> bool:
     return cosine >= LEAST_AXIS_COSINE
 
 
-@kernel(nogil=True)
+@kernel()
 def _start(edgels: FreeEdgels, seed: int) -> Line:
     """First direction of a line: along the mean axis of the edgels around that lie on the seed's own line."""
     rows, columns = edgels.number_at.shape
@@ -136,7 +136,7 @@ def _refitted(sums: Moments, line: Line, x0: float, y0: float) -> Line:
     return Line(x0 + mx, y0 + my, c, s)
 
 
-@kernel(nogil=True)
+@kernel()
 def _follow(edgels: FreeEdgels, seed: int, members: Ints) -> tuple[int, int, bool, Line]:
     """The line through one edgel: how many ``members`` it has, rows or columns from end to end, steepness."""
     rows, columns = edgels.number_at.shape
@@ -173,7 +173,7 @@ def _follow(edgels: FreeEdgels, seed: int, members: Ints) -> tuple[int, int, boo
     return count, high - low + 1, steep, line
 
 
-@kernel(nogil=True)
+@kernel()
 def _claim(edgels: FreeEdgels, members: Ints, steep: bool, line: Line) -> None:
     """Take a line's edgels, and those beside them, of which a slanted edge has two a step."""
     rows, columns = edgels.number_at.shape
@@ -191,7 +191,7 @@ def _claim(edgels: FreeEdgels, members: Ints, steep: bool, line: Line) -> None:
                 edgels.free[at] = not _agree(edgels, at, nx, ny)
 
 
-@kernel(nogil=True)
+@kernel()
 def _grow(edgels: FreeEdgels, seeds: Ints, shortest: float, members: Ints, starts: Ints) -> int:
     """Lines from all seeds; members of line k are members[starts[k]:starts[k + 1]]. Returns how many."""
     lines = 0

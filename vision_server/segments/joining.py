@@ -16,7 +16,7 @@ MAX_OVERLAP_PX = 3.0  # more, and they are two edges side by side
 MAX_STRENGTH_RATIO = 3.0  # of two that are one line; chosen by hand
 
 
-@kernel(nogil=True)
+@kernel()
 def _assign(
     endpoints: Floats, strength: Floats, order: Ints, base_of: Ints
 ) -> None:

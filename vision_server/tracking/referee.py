@@ -19,6 +19,7 @@ from geometry.near_symmetries import near_symmetries
 from geometry.pose import RIGHT, Pose, PoseError
 from geometry.turns import right_turns, turns_about_round_axes
 from numerics.arrays import Floats
+from numerics.two_cores import each
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import PipelineSettings, pose_of_segments
 from vision_server.pose.covariance import pose_covariance, share_within, uncertainty
@@ -217,7 +218,7 @@ def _turned(problem: PoseProblem, best: Around) -> list[Around]:
     poses = [best.pose.compose(turn) for turn in dict.fromkeys(turns)]
     least = evidence_at(problem, best.pose, COARSENING * spacing) - TURNED_LACK_NATS
     poses += spun(problem, best.pose, COARSENING * spacing, math.pi)
-    seen = [(evidence_at(problem, pose, COARSENING * spacing), pose) for pose in poses]
+    seen = zip(each(lambda pose: evidence_at(problem, pose, COARSENING * spacing), poses), poses, strict=True)
     promising = sorted((one for one in seen if one[0] > least), key=lambda one: -one[0])
     return _refined(problem, [pose for _, pose in promising[:MOST_TURNS_REFINED]])
 

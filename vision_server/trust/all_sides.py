@@ -17,6 +17,7 @@ from geometry.turns import (
     round_axes,
     spin_rad,
 )
+from numerics.two_cores import each
 from vision_server.pose.observation import PoseProblem
 from vision_server.trust.other_hand import Matcher
 from vision_server.trust.places import A_PART_NATS, apart
@@ -177,7 +178,8 @@ def _with_turned(
 
     def seen_turned(by: Sequence[Pose]) -> list[tuple[float, Pose]]:
         starts = [first.pose.compose(turn) for turn in by]
-        return [(evidence_at(problem, start, coarse_px), start) for start in starts]
+        evidence = each(lambda start: evidence_at(problem, start, coarse_px), starts)
+        return list(zip(evidence, starts, strict=True))
 
     itself = evidence_at(problem, first.pose, coarse_px)
     others = seen_turned([turn for turn in regular if turn not in turns])

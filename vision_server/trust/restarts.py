@@ -11,6 +11,7 @@ import numpy as np
 
 from geometry.pose import RIGHT, Pose
 from geometry.symmetries import Symmetry
+from numerics.two_cores import each
 from vision_server.pose.covariance import about_camera
 from vision_server.pose.steps import moved, step_jacobian, turning_point
 from vision_server.trust.alternatives import turned_towards, without_free_turn
@@ -33,7 +34,7 @@ def astray(last: Settled, symmetry: Symmetry) -> float:
     symmetry
         Of the target: a turn about its free axis is none.
     """
-    return float(np.mean([_end(last, start, symmetry) for start in _starts(last, symmetry)]))
+    return float(np.mean(each(lambda start: _end(last, start, symmetry), _starts(last, symmetry))))
 
 
 def _starts(last: Settled, symmetry: Symmetry) -> list[Pose]:

@@ -16,6 +16,7 @@ from geometry.model import Model
 from geometry.pose import Pose
 from geometry.turns import folds_about, round_axes, turned_about
 from numerics.arrays import Floats
+from numerics.two_cores import each
 from vision_server.pose.observation import PoseProblem
 from vision_server.trust.support import CAP_PX, PoseSupport, support_at
 
@@ -82,7 +83,7 @@ def _all_turns(
         step = _step(problem.model, axis, centre, pose, problem.camera.fx)
         count = math.ceil(min(reach_rad, math.pi) / step)
         turns = [turned_about(pose, axis, centre, step * k) for k in range(-count, count + 1)]
-        yield turns, [support_at(problem, one, spacing_px) for one in turns]
+        yield turns, each(lambda one: support_at(problem, one, spacing_px), turns)
 
 
 def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[Floats, ...]:
@@ -103,8 +104,8 @@ def unseen_turns(problem: PoseProblem, pose: Pose, spacing_px: float) -> tuple[F
         turns = np.arange(0.0, 2.0 * math.pi / folds, step)
         most = max(LEAST_TURNS_A_FOLD, MOST_TURNS_ALL_AROUND // folds)
         some = turns[np.unique(np.linspace(0, len(turns) - 1, most).astype(int))]
-        starts = (turned_about(pose, axis, centre, turn) for turn in some)
-        found = [support_at(problem, one, 2.0 * spacing_px) for one in starts]
+        starts = [turned_about(pose, axis, centre, turn) for turn in some]
+        found = each(lambda one: support_at(problem, one, 2.0 * spacing_px), starts)
         told = np.array([(one.evidence, one.strength) for one in found if one is not None]).reshape(-1, 2)
         if len(told) and (np.ptp([told.max(axis=0), np.median(told, axis=0)], axis=0) < UNSEEN_SPREAD).any():
             out.append(axis)

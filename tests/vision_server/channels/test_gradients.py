@@ -1,5 +1,8 @@
 """Gradients of tiles are those of the whole image, and tiles are there where normals run."""
 
+import threading
+import time
+
 import cv2
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from vision_server.channels.gradients import (
     TILE_PX,
     GradientChannel,
     Normals,
+    Numbers,
     clip_reach,
     gradient_channel,
     noise_at,
@@ -83,6 +87,26 @@ def test_what_is_there_is_not_computed_again() -> None:
     made.prepare(np.zeros(2, np.int64), at((100.0, 100.0, 0.0, 1.0), (300.0, 200.0, 0.0, 1.0)), 1.0)
     assert np.isfinite(whole(made).gradient[0, 200, 300]).all()
     assert np.isnan(whole(made).gradient[0, 100, 100]).all()
+
+
+def test_two_threads_that_need_one_tile_both_find_it_filled(monkeypatch: pytest.MonkeyPatch) -> None:
+    made, began, fill = channel(), threading.Event(), GradientChannel._fill
+    normals = at((100.0, 100.0, 0.0, 1.0))
+
+    def slowly(self: GradientChannel, index: int, first: int, block: Numbers) -> None:
+        began.set()
+        time.sleep(0.2)
+        fill(self, index, first, block)
+
+    monkeypatch.setattr(GradientChannel, "_fill", slowly)
+    made.tiles.gradient[:] = np.nan
+    other = threading.Thread(target=made.prepare, args=(np.array([0]), normals, 1.0))
+    other.start()
+    assert began.wait(60.0)
+    made.prepare(np.array([0]), normals, 1.0)
+    found = whole(made).gradient[0, 100, 100]
+    other.join(60.0)
+    assert np.isfinite(found).all()
 
 
 def test_nothing_in_the_image_asks_for_nothing() -> None:
