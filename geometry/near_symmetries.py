@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -27,7 +26,7 @@ ALIKE_SHARE = 0.4  # share of the wireframe that must come back onto itself ...
 ALIKE_OVER_SHARE = 0.35  # ... by half a turn: a plate's rim does, turned over, what stands on it does not ...
 SCREENED_SHARE = 0.25  # ... less of few points, which miss some ...
 UNCHANGED_SHARE = 0.995  # ... and from which on the turn changes nothing that could be seen
-HALF_TURN = Fraction(1, 2)
+HALF_TURN = 0.5  # of a full one, as are all parts; of equal fractions the floats are equal
 FOLDS = range(2, 49)  # n-fold turns that are tried: a gear's to 7.5 degrees; ...
 FINE_FOLD = 36  # ... of more, which any small turn is near to, those that bring back as much closely
 BESIDE_RAD = np.radians(3.0)  # so much more or less moves the farthest points twice the tolerance ...
@@ -69,7 +68,7 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
     closer = replace(wires, tolerance=CLOSER_TIMES * wires.tolerance)
     found: list[tuple[float, Pose]] = []
     for axis, of_box, rings in own_axes(model):
-        best: dict[Fraction, _Back] = {}
+        best: dict[float, _Back] = {}
         through = [of_box, wires.weights @ wires.points, *rings]
         for middle in lines_apart(through, axis, 0.1 * TOLERANCE_SHARE * model.diameter):
             for part, one in _brought_back(wires, closer, axis, middle).items():
@@ -81,7 +80,7 @@ def near_symmetries(model: Model) -> tuple[Pose, ...]:
         exactly = replace(wires, tolerance=exact_tolerance(axis, wires.points - of_box, model.diameter))
         for part in _apart(best):
             share, _, middle = best[part]
-            angle = 2.0 * np.pi * float(part)
+            angle = 2.0 * np.pi * part
             if share >= UNCHANGED_SHARE and exactly.shares(axis, [angle], middle)[0] >= UNCHANGED_SHARE:
                 continue
             found.append((share, Pose.turn_about(middle, matrix_of(angle * axis))))
@@ -160,48 +159,48 @@ def _on_some_line(points: Floats, start: Floats, direction: Floats, tolerance: f
 
 def _brought_back(
     wires: _Wireframe, closer: _Wireframe, axis: Floats, middle: Floats
-) -> dict[Fraction, _Back]:
+) -> dict[float, _Back]:
     """What turns about an axis through a place (3,) bring back, by their part of a full turn.
 
     Those turns that stand out, of all multiples of n-fold ones that do.
     """
     full = 2.0 * np.pi
     screened = wires.shares(axis, [full / n for n in FOLDS], middle, SCREENED_STEP) >= SCREENED_SHARE
-    found: dict[Fraction, float] = {}
+    found: dict[float, float] = {}
     for n in np.array(FOLDS)[screened].tolist():
         (alike,) = wires.shares(axis, [full / n], middle)
         if n > FINE_FOLD and closer.shares(axis, [full / n], middle)[0] < ALIKE_SHARE:
             continue
-        parts = [part for part in (Fraction(k, n) for k in range(1, n)) if part not in found]
-        if parts and _stands_out(wires, axis, Fraction(1, n), middle, alike):
-            shares = wires.shares(axis, [full * float(part) for part in parts], middle)
+        parts = [part for part in (k / n for k in range(1, n)) if part not in found]
+        if parts and _stands_out(wires, axis, 1.0 / n, middle, alike):
+            shares = wires.shares(axis, [full * part for part in parts], middle)
             found.update(zip(parts, shares.tolist(), strict=True))
     return {
-        part: _Back(share, float(closer.shares(axis, [full * float(part)], middle)[0]), middle)
+        part: _Back(share, float(closer.shares(axis, [full * part], middle)[0]), middle)
         for part, share in found.items()
         if _stands_out(wires, axis, part, middle, share)
     }
 
 
-def _stands_out(wires: _Wireframe, axis: Floats, part: Fraction, middle: Floats, share: float) -> bool:
+def _stands_out(wires: _Wireframe, axis: Floats, part: float, middle: Floats, share: float) -> bool:
     """Whether a turn brings back enough, and more than a little less or a little more of its angle does."""
     if share < (ALIKE_OVER_SHARE if part == HALF_TURN else ALIKE_SHARE):
         return False
-    angle = 2.0 * np.pi * float(part)
+    angle = 2.0 * np.pi * part
     beside = wires.shares(axis, [angle - BESIDE_RAD, angle + BESIDE_RAD], middle)
     return share >= PEAK_RATIO * float(beside.max())
 
 
-def _apart(best: Mapping[Fraction, _Back]) -> list[Fraction]:
+def _apart(best: Mapping[float, _Back]) -> list[float]:
     """Parts of a full turn, none ONE_TURN_RAD or less from one before it: those of the fold all of whose
     turns bring back most, closely. Beside a tooth's turn other folds have one that brings back as much.
     """
     whole = {
-        n: sum(best[part].closely if (part := Fraction(k, n)) in best else 0.0 for k in range(1, n)) / (n - 1)
+        n: sum(best[part].closely if (part := k / n) in best else 0.0 for k in range(1, n)) / (n - 1)
         for n in FOLDS
     }
-    worth = {part: max(whole[n] for n in FOLDS if n % part.denominator == 0) for part in best}
-    kept: list[Fraction] = []
+    worth = {part: max(whole[n] for n in FOLDS if round(part * n) / n == part) for part in best}
+    kept: list[float] = []
     for part in sorted(best, key=lambda one: (-worth[one], -best[one].closely)):
         around = [abs(part - other) for other in kept]
         if all(2.0 * np.pi * min(gap, 1 - gap) > ONE_TURN_RAD for gap in around):

@@ -92,24 +92,22 @@ def right_turns(model: Model) -> tuple[Pose, ...]:
     Without turns that bring all of the target back onto itself, and each once.
     """
     symmetry, tolerance = symmetry_of(model), TOLERANCE_SHARE * model.diameter
-    free, known = symmetry.free_axis, list(symmetry.turns)
+    free, found = symmetry.free_axis, []
+    turns = np.array([turn.matrix for turn in symmetry.turns])
+    places = np.array([turn.apply(model.middle[None])[0] for turn in symmetry.turns])
     for axis, middle, rings in own_axes(model):
-        for place in (middle, *rings):
-            off = np.linalg.norm(np.cross(axis, place - symmetry.centre))
+        for through in (middle, *rings):
+            off = np.linalg.norm(np.cross(axis, through - symmetry.centre))
             if free is not None and off <= tolerance and abs(axis @ free) > 1.0 - ONE_TURN_ENTRY:
                 continue
             for angle in RIGHT_TURNS_DEG:
-                pose = Pose.turn_about(place, matrix_of(math.radians(angle) * axis))
-                if not any(_are_one(pose, other, model.middle, tolerance) for other in known):
-                    known.append(pose)
-    return tuple(known[len(symmetry.turns) :])
-
-
-def _are_one(turn: Pose, other: Pose, middle: Floats, tolerance: float) -> bool:
-    """Whether two turns turn alike, and take a point (3,) to the same place."""
-    if np.abs(turn.matrix - other.matrix).max() >= ONE_TURN_ENTRY:
-        return False
-    return bool(np.linalg.norm(turn.apply(middle[None]) - other.apply(middle[None])) <= tolerance)
+                turn = matrix_of(math.radians(angle) * axis)
+                place = turn @ (model.middle - through) + through
+                alike = np.abs(turns - turn).max(axis=(1, 2)) < ONE_TURN_ENTRY
+                if not (np.linalg.norm(places[alike] - place, axis=1) <= tolerance).any():
+                    found.append(Pose.turn_about(through, turn))
+                    turns, places = np.concatenate([turns, turn[None]]), np.concatenate([places, place[None]])
+    return tuple(found)
 
 
 @lru_cache(maxsize=8)
