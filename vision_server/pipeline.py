@@ -30,9 +30,9 @@ from vision_server.pose.observation import PoseProblem
 from vision_server.segments.extraction import extract_segments, extract_with_pieces
 from vision_server.trust.all_sides import of_most_evidence
 from vision_server.trust.judgement import Estimate, about_origin, judged, of_all_lines, with_poses
-from vision_server.trust.likely import Likely, last_step, likely_of
-from vision_server.trust.ranking import best_first, fewer_lines, nowhere
-from vision_server.trust.rivals import anywhere, likeliest_first, rivals_of
+from vision_server.trust.likely import last_step, likely_of
+from vision_server.trust.ranking import best_first, fewer_lines
+from vision_server.trust.rivals import likeliest_first, rivals_at_first_sight, rivals_of
 from vision_server.trust.spun import unseen_turns
 
 LOOKED_AT = 10  # hypotheses, at first sight
@@ -220,33 +220,31 @@ def pose_of_segments(
         channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m
     )
     problem = fewer_lines(every_line)
-    searched: Callable[[Pose], bool] = nowhere
-    beyond: Callable[[Pose], float] = anywhere
     asked = isinstance(seed_pose, Anywhere) or model.smooth.any()  # nothing else may look quite the same
     symmetry = symmetry_of(model) if asked else ASYMMETRIC
-    estimate = Estimate()
-    likely: list[Likely] = []
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
+    estimate, last = Estimate(), None
     if isinstance(seed_pose, Anywhere):
-        refined = of_most_evidence(problem, hypotheses, LOOKED_AT, match)
-        likely = likely_of(refined, symmetry)
-        refined.sort(key=lambda one: one is not likely[0].refined)
+        likely = likely_of(of_most_evidence(problem, hypotheses, LOOKED_AT, match), symmetry)
+        if likely:
+            first, last = likely[0].refined, likely[0].last
+            estimate = judged(first, last, rivals_at_first_sight(likely, symmetry), symmetry, match)
+        if estimate.pose is not None:
+            allowed = partial(seed_pose.allows, middle=model.middle)
+            estimate = with_poses(estimate, likely, symmetry, allowed)
     else:
         searched = in_range_of(seed_pose, camera, settings.search_range)
         beyond = beyond_of(seed_pose, camera, settings.search_range)
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
         refined = best_first(problem, hypotheses, spin_rad=spin_rad, searched=searched)
-    if refined:
-        refined = likeliest_first(refined, beyond)
-        rivals = rivals_of(refined, symmetry, searched, beyond)
-        last = likely[0].last if likely else last_step(refined[0])
-        estimate = judged(refined[0], last, rivals, symmetry, match, isinstance(seed_pose, Anywhere))
-        if isinstance(seed_pose, Anywhere) and estimate.pose is not None:
-            allowed = partial(seed_pose.allows, middle=model.middle)
-            estimate = with_poses(estimate, likely, symmetry, allowed)
-        if estimate.pose is not None:
-            unseen = unseen_turns(last.best.problem, last.best.pose, last.best.spacing_px)
-            estimate = replace(estimate, free=estimate.free + unseen)
+        if refined:
+            refined = likeliest_first(refined, beyond)
+            last = last_step(refined[0])
+            rivals = rivals_of(refined, symmetry, searched, beyond)
+            estimate = judged(refined[0], last, rivals, symmetry, match)
+    if estimate.pose is not None and last is not None:
+        unseen = unseen_turns(last.best.problem, last.best.pose, last.best.spacing_px)
+        estimate = replace(estimate, free=estimate.free + unseen)
         if problem is not every_line:
             estimate = of_all_lines(estimate, every_line, last.best.spacing_px)
     watch.lap("refinement")

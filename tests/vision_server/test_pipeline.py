@@ -18,7 +18,7 @@ from vision_server.matching import Hypothesis, match_search
 from vision_server.pipeline import MATCHERS, SURE_SCORE, PipelineSettings, estimate_pose
 from vision_server.serve.results import estimate_result
 from vision_server.trust.judgement import Estimate
-from vision_server.trust.probability import ambiguity, confidence, quality
+from vision_server.trust.probability import confidence, quality
 from vision_server.trust.support import CAP_PX
 
 
@@ -190,8 +190,6 @@ def test_confidence_falls_with_doubt(model: Model, picture: Floats) -> None:
     assert 0 <= confidence(support, 0.9, 0.0005) < sure <= 1
     assert confidence(support, 0.0, 0.05) < sure
     assert confidence(support, 1.0, 0.0005) <= 0.5  # one of two that are equally good
-    assert ambiguity(support, []) == 0.0
-    assert ambiguity(support, [(support, 0.0)]) == 1.0
 
 
 def test_what_noise_drowns_is_found_at_a_coarser_scale(model: Model) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 from geometry.pose import Pose
@@ -73,25 +73,17 @@ def judged(
     rivals: list[RivalPose],
     symmetry: Symmetry,
     match: Matcher,
-    from_anywhere: bool,
 ) -> Estimate:
-    """What there is to say about a pose that was ``first`` before its last step, as rivals still are.
-
-    ``from_anywhere``: no seed pose says from which side the target is seen.
-    """
+    """What there is to say about a pose that was ``first`` before its last step, beside these rivals."""
     best, covariance, agreement = last
     spread = uncertainty(without_free_turn(covariance, best.pose, symmetry), best.pose.translation)
-
-    def chance_of(some: Iterable[RivalPose]) -> float:
-        return ambiguity(first.support, [(one.support, one.against) for one in some], from_anywhere)
-
-    unclear = chance_of(rivals)
+    unclear = ambiguity(one.nats for one in rivals)
     by_lines = confidence(best.support, unclear, spread)
     if by_lines < LEAST_BY_LINES:
         return Estimate()
 
     if agreement is not None:
-        contested = chance_of(one for one in rivals if not one.turned)
+        contested = ambiguity(one.nats for one in rivals if not one.turned)
         agreement = agreement._replace(astray=astray(last, symmetry), contested=contested)
 
     def believed(doubt: Misfit | None) -> float:
@@ -110,10 +102,7 @@ def judged(
         score=believed(doubt),
         ambiguity=unclear,
         lines=best.support.lines,
-        rivals=tuple(
-            Rival(one.pose, odds(first.support, one.support, one.against, from_anywhere=from_anywhere))
-            for one in rivals
-        ),
+        rivals=tuple(Rival(one.pose, odds(one.nats)) for one in rivals),
         free=() if symmetry.free_axis is None else (symmetry.free_axis,),
         support=best.support,
         misfit=doubt,

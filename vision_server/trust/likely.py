@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.symmetries import Symmetry
+from numerics.two_cores import each
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.trust.alternatives import distinct_of, shares, without_free_turn
 from vision_server.trust.places import apart
@@ -25,10 +26,11 @@ MOST_SETTLED = 6  # poses that are taken the last step
 
 
 class Likely(NamedTuple):
-    """A refined pose, what the last step makes of it, and the probability that it is the right one."""
+    """A refined pose, after the last step too, its evidence then, and the probability that it is right."""
 
     refined: Refined
     last: Settled
+    nats: float
     probability: float
 
 
@@ -46,19 +48,26 @@ def likely_of(found: Sequence[Refined], symmetry: Symmetry) -> list[Likely]:
     """The distinct ones of some poses, most evidence first, by the probability that they are right.
 
     That is the share of the evidence that a pose has among its rivals, see `shares`, times the probability
-    that it would be right with no other beside it.
+    that it would be right with no other beside it. The evidence is that after the last step, which may bring
+    a pose that was left beside its edges as much as the first has; those that do not take it are held to gain
+    as much as the first.
     """
     if not found:
         return []
-    out: list[Likely] = []
     distinct = [found[index] for index in distinct_of([one.pose for one in found], symmetry)]
     model, camera = found[0].problem.model, found[0].problem.camera
     elsewhere = apart(model, camera, [one.pose for one in distinct])
-    nats = np.array([one.support.evidence_together for one in distinct])
-    for one, share in zip(distinct, shares(nats, elsewhere), strict=True):
-        if share >= LEAST_EVIDENCE_SHARE:
-            last = last_step(one) if len(out) < MOST_SETTLED else _as_refined(one)
-            pose = last.best.pose
-            spread = uncertainty(without_free_turn(last.covariance, pose, symmetry), pose.translation)
-            out.append(Likely(one, last, share * confidence(last.best.support, 0.0, spread)))
+    before = np.array([one.support.evidence_together for one in distinct])
+    worth = np.flatnonzero(np.array(shares(before, elsewhere)) >= LEAST_EVIDENCE_SHARE)
+    lasts = each(lambda index: last_step(distinct[index]), worth[:MOST_SETTLED].tolist())
+    lasts += [_as_refined(distinct[index]) for index in worth[MOST_SETTLED:]]
+    nats = np.array([last.best.support.evidence_together for last in lasts])
+    nats[MOST_SETTLED:] += nats[0] - before[worth[0]]
+    out = []
+    after = shares(nats, elsewhere[np.ix_(worth, worth)])
+    for index, last, own, share in zip(worth, lasts, nats, after, strict=True):
+        pose = last.best.pose
+        spread = uncertainty(without_free_turn(last.covariance, pose, symmetry), pose.translation)
+        right = confidence(last.best.support, 0.0, spread)
+        out.append(Likely(distinct[index], last, float(own), share * right))
     return sorted(out, key=lambda one: -one.probability)

@@ -108,7 +108,7 @@ def _chance(own: Refined, other: Refined) -> float:
     same = other.pose.error_to(own.pose).within(*RIGHT)
     lost = max(0.0, own.support.confirmed - other.support.confirmed - LITTLE_LOST_NATS)
     unlikely = (SAME_POSE_NATS if same else UNLIKELY_NATS) + LOST_TIMES * lost
-    return odds(own.support, other.support, unlikely, MOST_ODDS)
+    return odds(other.support.evidence - own.support.evidence - unlikely, MOST_ODDS)
 
 
 def _is_likely_here(own: Refined, other: Model) -> bool:

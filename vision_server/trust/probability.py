@@ -7,7 +7,7 @@ a pose by itself; what its best rival explains divides it. docs/trust.md says ho
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -262,34 +262,14 @@ def stretched_odds(doubt: Misfit) -> float:
     """Chance of a stretched model over a pose's own, at most MOST_ODDS; 0 where too little bears it out."""
     if doubt.gain <= 0.0 or doubt.borne_out < LEAST_BORNE_OUT:
         return 0.0
-    return _odds_of(doubt.gain - STRETCHED_NATS, MOST_ODDS)
+    return odds(doubt.gain - STRETCHED_NATS, MOST_ODDS)
 
 
-def odds(
-    own: PoseSupport,
-    rival: PoseSupport,
-    prior_nats: float = 0.0,
-    most: float = 1.0,
-    from_anywhere: bool = False,
-) -> float:
-    """Chance of another pose over this one's, at most ``most``; ``prior_nats`` speak against the other.
-
-    Of poses ``from_anywhere`` one may show what the other hides: see `PoseSupport.evidence_together`.
-    """
-    more = rival.evidence - own.evidence
-    if from_anywhere:
-        more = rival.evidence_together - own.evidence_together
-    return _odds_of(more - prior_nats, most)
-
-
-def _odds_of(nats: float, most: float) -> float:
-    """Chance of what so much more evidence speaks for, at most ``most``."""
+def odds(nats: float, most: float = 1.0) -> float:
+    """Chance of another pose over one that it explains so many nats more than, at most ``most``."""
     return math.exp(min(math.log(most), nats / RIVAL_NATS))
 
 
-def ambiguity(
-    own: PoseSupport, rivals: Sequence[tuple[PoseSupport, float]], from_anywhere: bool = False
-) -> float:
-    """Chance of the likeliest other pose over this one's, 0 (unique) to 1 (as good); each with its prior."""
-    chances = (odds(own, rival, prior, from_anywhere=from_anywhere) for rival, prior in rivals)
-    return max(chances, default=0.0)
+def ambiguity(rivals: Iterable[float]) -> float:
+    """Chance of the likeliest of other poses, nats each, over one's own, 0 (unique) to 1 (as good)."""
+    return max(map(odds, rivals), default=0.0)

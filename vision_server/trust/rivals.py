@@ -10,8 +10,9 @@ from geometry.pose import Pose
 from geometry.symmetries import Symmetry
 from geometry.turns import free_turns
 from vision_server.trust.alternatives import image_of
+from vision_server.trust.likely import Likely
 from vision_server.trust.places import apart, as_rival
-from vision_server.trust.ranking import COARSE_LACK_NATS, COARSENING, Refined
+from vision_server.trust.ranking import COARSE_LACK_NATS, COARSENING, Refined, nowhere
 from vision_server.trust.support import PoseSupport, support_at
 
 ONE_RIVAL_WITHIN = (2.0, 0.01)  # degrees, share of the range: two refined poses are one (by hand)
@@ -27,25 +28,19 @@ ALIKE_QUALITY_SHARE, CLEARLY_QUALITY_SHARE, CLEARLY_NATS = 0.8, 0.5, 12.0
 
 
 class RivalPose(NamedTuple):
-    """Another pose than the first, with its support, and nats that speak against it beforehand.
+    """Another pose than the first, and how many nats more speak for it; as a rule fewer do.
 
     ``turned``: it is the first one, turned onto a near symmetry of the target.
     """
 
     pose: Pose
-    support: PoseSupport
-    against: float
+    nats: float
     turned: bool = False
 
 
 def nats_against(beyond: float) -> float:
     """What speaks against a pose that is so far beyond the search range (within it: less than 0), nats."""
     return BEYOND_NATS * min(1.0, max(0.0, beyond) / BEYOND_MARGINS)
-
-
-def anywhere(_pose: Pose) -> float:
-    """How far a pose is beyond the search range where there is no seed pose."""
-    return 0.0
 
 
 def likeliest_first(found: Sequence[Refined], beyond: Callable[[Pose], float]) -> list[Refined]:
@@ -77,31 +72,54 @@ def rivals_of(
     searched: Callable[[Pose], bool],
     beyond: Callable[[Pose], float],
 ) -> list[RivalPose]:
-    """Rivals of the first of some refined poses.
+    """Rivals of the first of some refined poses, which a search from a seed pose has found.
 
     Those that a symmetry takes to the first are none; of one elsewhere in the image no more counts than is
-    convincing. ``beyond`` says how far a pose is beyond the range.
+    convincing. ``beyond`` says how far a pose is beyond the range. No pose has taken the last step: it would
+    be an advantage over those that have not.
     """
     best, distinct = found[0], list(found[:1])
     for one in found[1:]:
         if not any(better.ends_at(one.pose, ONE_RIVAL_WITHIN) for better in distinct):
             distinct.append(one)
-    own = nats_against(beyond(best.pose))
+    own = best.support.evidence - nats_against(beyond(best.pose))
     turns = _turns_of(best)
-    out = [RivalPose(pose, support, TURNED_NATS - own, True) for pose, support in turned(best, searched)]
+    out = [
+        RivalPose(pose, support.evidence - TURNED_NATS - own, True)
+        for pose, support in turned(best, searched)
+    ]
     out += [
-        RivalPose(pose, support, nats_against(beyond(pose)) - own, True)
+        RivalPose(pose, support.evidence - nats_against(beyond(pose)) - own, True)
         for pose, support in turned_round(best)
     ]
     problem = best.problem
     elsewhere = apart(problem.model, problem.camera, [one.pose for one in distinct])[0]
     for one, far in zip(distinct[1:], elsewhere[1:], strict=True):
         if not image_of(one.pose, best.pose, symmetry):
-            nats = one.support.evidence_together
-            against = nats_against(beyond(one.pose)) + nats - as_rival(nats, bool(far))
+            nats = as_rival(one.support.evidence, bool(far)) - nats_against(beyond(one.pose))
             is_turn = any(one.ends_at(turn, ONE_RIVAL_WITHIN) for turn in turns)
-            out.append(RivalPose(one.pose, one.support, against - own, is_turn))
+            out.append(RivalPose(one.pose, nats - own, is_turn))
     return out
+
+
+def rivals_at_first_sight(likely: Sequence[Likely], symmetry: Symmetry) -> list[RivalPose]:
+    """Rivals of the first of the poses that are likely where there was no seed pose.
+
+    Nothing speaks against its turns beforehand. Those are compared with it as it was refined, and the other
+    poses after the last step.
+    """
+    first, found = likely[0], []
+    best, own = first.refined, first.refined.support.evidence_together
+    for pose, support in (*turned(best, nowhere), *turned_round(best)):
+        if not image_of(pose, best.pose, symmetry):
+            found.append(RivalPose(pose, support.evidence_together - own, True))
+    turns, problem = _turns_of(best), best.problem
+    poses = [one.last.best.pose for one in likely]
+    elsewhere = apart(problem.model, problem.camera, poses)[0]
+    for one, pose, far in zip(likely[1:], poses[1:], elsewhere[1:], strict=True):
+        is_turn = any(one.refined.ends_at(turn, ONE_RIVAL_WITHIN) for turn in turns)
+        found.append(RivalPose(pose, as_rival(one.nats, bool(far)) - first.nats, is_turn))
+    return found
 
 
 def turned(best: Refined, searched: Callable[[Pose], bool]) -> list[tuple[Pose, PoseSupport]]:

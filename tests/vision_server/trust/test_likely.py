@@ -11,12 +11,13 @@ from geometry.symmetries import ASYMMETRIC, Symmetry
 from tests.vision_server.refined_poses import channels_of, scaled
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.pose.observation import PoseProblem
-from vision_server.trust import likely
+from vision_server.trust import likely, rivals
 from vision_server.trust.alternatives import LEAST_LISTED_CHANCE, distinct_of, listed, shares
 from vision_server.trust.likely import likely_of
 from vision_server.trust.places import A_PART_NATS
 from vision_server.trust.probability import RIVAL_NATS
 from vision_server.trust.ranking import Refined, refined
+from vision_server.trust.rivals import rivals_at_first_sight
 from vision_server.trust.settling import Settled
 
 UNMOVED = Pose(np.zeros(3), np.zeros(3))
@@ -64,6 +65,36 @@ def test_the_last_step_is_done_for_each(right: Refined) -> None:
     assert found.last.best.pose.error_to(POSE).within(0.1, 0.001)
     assert found.probability > 0.9
     assert likely_of([], ASYMMETRIC) == []
+
+
+def test_evidence_is_that_after_the_last_step(right: Refined, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One that was left beside its edges may come to explain as much as the first, which is not sure then."""
+    left, wrong = without_a_line(right), turned(right, QUARTER)
+    ends = {id(left): right, id(wrong): wrong}
+    monkeypatch.setattr(likely, "last_step", lambda one: Settled(ends[id(one)], EXACT_RAD**2 * np.eye(6)))
+    found = likely_of([wrong, left], ASYMMETRIC)
+    assert found[0].nats == found[1].nats == right.support.evidence_together
+    assert found[0].probability == pytest.approx(found[1].probability)
+    assert [one.nats for one in rivals_at_first_sight(found, ASYMMETRIC)] == [0.0]
+
+
+def test_poses_without_the_last_step_are_held_to_gain_as_much(
+    right: Refined, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    left = without_a_line(right)
+    monkeypatch.setattr(likely, "MOST_SETTLED", 1)
+    monkeypatch.setattr(likely, "last_step", lambda _one: Settled(right, EXACT_RAD**2 * np.eye(6)))
+    found = likely_of([left, turned(left, QUARTER)], ASYMMETRIC)
+    assert found[0].nats == found[1].nats == right.support.evidence_together
+
+
+def test_nothing_speaks_against_a_turn_where_there_is_no_seed_pose(
+    right: Refined, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rivals, "turned", lambda best, _searched: [(best.pose.compose(HALF), best.support)])
+    found = likely_of([right], ASYMMETRIC)
+    assert [(one.nats, one.turned) for one in rivals_at_first_sight(found, ASYMMETRIC)] == [(0.0, True)]
+    assert rivals_at_first_sight(found, TWO_SIDES) == []
 
 
 def test_images_of_a_pose_by_a_symmetry_are_not_distinct() -> None:

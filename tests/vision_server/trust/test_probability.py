@@ -67,21 +67,21 @@ def test_a_rival_that_leaves_seen_lines_unexplained_is_none() -> None:
     """A dial turned by one of its twelve parts hides its lug: it misses nothing, but explains less."""
     right, turned = support(*[1.0] * 12, 0.9, 0.9, 0.9, 0.5), support(*[1.0] * 12)
     assert turned.supported_fraction > right.supported_fraction
-    assert odds(right, turned) < 0.05
-    assert odds(turned, right) == 1.0
-    assert ambiguity(turned, [(right, 0.0)]) == 1.0
-    assert ambiguity(right, []) == 0.0
+    assert odds(turned.evidence - right.evidence) < 0.05
 
 
-def test_what_a_seed_pose_rules_out_must_explain_more() -> None:
-    own = support(*[1.0] * 6)
-    assert odds(own, own, 10.0) < 0.05 < odds(own, own) == 1.0
+def test_of_poses_the_likeliest_is_the_doubt() -> None:
+    assert odds(-RIVAL_NATS) == pytest.approx(math.exp(-1.0))
+    assert odds(5.0) == 1.0
+    assert odds(5.0, 2.0) == 2.0
+    assert ambiguity([-20.0, -RIVAL_NATS]) == odds(-RIVAL_NATS)
+    assert ambiguity([]) == 0.0
 
 
 def test_a_turn_that_explains_as_much_leaves_trust_to_the_seed_pose() -> None:
     def score(confirmed: int, agreement: LineAgreement) -> float:
         own = support(*[1.0] * confirmed)
-        return confidence(own, odds(own, own, TURNED_NATS), 0.001, Misfit(0.0, 0.0), agreement)
+        return confidence(own, odds(-TURNED_NATS), 0.001, Misfit(0.0, 0.0), agreement)
 
     good, fair = LineAgreement(1.0, 0.05), LineAgreement(0.8, 0.3)
     assert score(3, fair) < SURE_SCORE < score(12, good) < 1.0 / (1.0 + math.exp(-TURNED_NATS / RIVAL_NATS))

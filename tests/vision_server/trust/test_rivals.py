@@ -16,7 +16,7 @@ from vision_server.matching.match import SearchRange
 from vision_server.pose.observation import PoseProblem
 from vision_server.trust import rivals
 from vision_server.trust.ranking import Refined, best_first, nowhere
-from vision_server.trust.rivals import BEYOND_NATS, anywhere, likeliest_first, nats_against, rivals_of
+from vision_server.trust.rivals import BEYOND_NATS, likeliest_first, nats_against, rivals_of
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 
@@ -78,9 +78,9 @@ def test_of_two_poses_that_explain_the_images_alike_the_one_within_the_range_com
     assert likeliest_first([far, less], beyond) == [far, less]
     against = nats_against(beyond(far.pose))
     assert 2.0 < against < BEYOND_NATS
-    assert [one[2] for one in rivals_of([near, far], ASYMMETRIC, nowhere, beyond)] == [against]
-    assert [one[2] for one in rivals_of([far, near], ASYMMETRIC, nowhere, beyond)] == [-against]
-    assert [one[2] for one in rivals_of([near, far], ASYMMETRIC, nowhere, anywhere)] == [0.0]
+    assert [one.nats for one in rivals_of([near, far], ASYMMETRIC, nowhere, beyond)] == [-against]
+    assert [one.nats for one in rivals_of([far, near], ASYMMETRIC, nowhere, beyond)] == [against]
+    assert [one.nats for one in rivals_of([near, far], ASYMMETRIC, nowhere, lambda _: 0.0)] == [0.0]
 
 
 def test_a_pose_that_explains_clearly_more_comes_first(best: Refined) -> None:
@@ -105,5 +105,5 @@ def test_a_pose_that_a_near_symmetry_leads_to_is_the_first_one_turned(
     turn = Pose.turn_about(best.problem.model.middle, matrix_of(np.radians([0.0, 40.0, 0.0])))
     monkeypatch.setattr(rivals, "near_symmetries", lambda _: (turn,))
     found = [best, at(best, turned_by(POSE, 5.0)), at(best, best.pose.compose(turn))]
-    told = rivals_of(found, ASYMMETRIC, lambda _: True, anywhere)
+    told = rivals_of(found, ASYMMETRIC, lambda _: True, lambda _: 0.0)
     assert [one.turned for one in told] == [False, True]

@@ -7,7 +7,7 @@ import pytest
 
 from experiments.kinds.estimate import normalised_error_squared
 from geometry.model import Model
-from geometry.pose import disturbed
+from geometry.pose import Pose, disturbed
 from numerics.arrays import Floats
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
@@ -18,7 +18,6 @@ from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.weights import base_weights
 from vision_server.trust.ranking import Refined, best_first
-from vision_server.trust.rivals import RivalPose
 from vision_server.trust.settling import (
     BLUR_PRECISION,
     LEAST_COVARIANCE_FACTOR,
@@ -187,8 +186,9 @@ def test_the_last_step_is_no_advantage_over_rivals_that_have_not_taken_it(
     last = settled(refined)
     assert last is not None
     assert last.best.support.evidence > less.evidence + 5.0
-    monkeypatch.setattr(pipeline, "best_first", lambda *_, **__: [refined])
-    monkeypatch.setattr(pipeline, "rivals_of", lambda *_: [RivalPose(first.pose, less, 0.0)])
+    beside = Pose(POSE.rotation_vector, 1.05 * POSE.translation)
+    rival = replace(refined, solution=replace(refined.solution, pose=beside))
+    monkeypatch.setattr(pipeline, "best_first", lambda *_, **__: [refined, rival])
     pixels = photographed(linear_picture(model, CAMERA, POSE, GREYS), seed=0)
     assert pipeline.estimate_pose(one_image(pixels), ["i1"], model, CAMERA, POSE).ambiguity == 1.0
 

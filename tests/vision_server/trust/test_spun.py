@@ -97,7 +97,7 @@ def test_turns_are_rivals_where_what_tells_them_is_out_of_sight(
     if not seen:
         ((pose, support),) = rivals
         assert pose.error_to(true).rotation_deg > 2.0
-        assert odds(best.support, support) > 0.5
+        assert odds(support.evidence - best.support.evidence) > 0.5
 
 
 def test_a_turn_that_is_hardly_better_is_looked_at(stage: Model, monkeypatch: pytest.MonkeyPatch) -> None:
