@@ -91,17 +91,12 @@ def to_cut(vertices: Floats, faces: Sequence[Ints]) -> Flags:
     if not len(faces):
         return np.empty(0, dtype=np.bool_)
     normals = area_vectors(vertices, faces)
-    counts = np.array([len(face) for face in faces])
-    last = np.cumsum(counts) - 1
-    corner = np.concatenate(faces)
-    following, before = np.arange(1, len(corner) + 1), np.arange(-1, len(corner) - 1)
-    following[last] = last - counts + 1
-    before[last - counts + 1] = last
-    places = vertices[corner]
-    bends = np.cross(places - places[before], places[following] - places)
+    corner, following, counts = corners_of(faces)
+    sides = vertices[corner[following]] - vertices[corner]
+    bends = np.cross(sides, sides[following])
     turned = (bends * np.repeat(normals, counts, axis=0)).sum(axis=1)
     size = np.repeat((normals**2).sum(axis=1), counts)
-    concave = np.logical_or.reduceat(turned < -1e-9 * size, last - counts + 1)
+    concave = np.logical_or.reduceat(turned < -1e-9 * size, np.cumsum(counts) - counts)
     return np.asarray(concave | (counts > SOME_CORNERS))
 
 

@@ -12,6 +12,7 @@ b for N does put(c, c).
 :- use_module(library(solution_sequences), [limit/2]).
 :- use_module('../language/binding', [bound_names/2, names_bound_around/2]).
 :- use_module('../language/theory').
+:- use_module(formula_parts, [condition/3]).
 
 % Clauses of a helper predicate that are looked through: the facts of a large table are alike.
 most_clauses(1000).
@@ -55,8 +56,7 @@ captured_value(Theory, Program, Head, Name) :-
     \+ memberchk(Name, Told).
 
 binding_clause(Module, Head, Reference, Names) :-
-    member(Head, [ proc(_, Body), poss(_, Body), causes_val(_, _, _, Body), causes_true(_, _, Body),
-                   causes_false(_, _, Body) ]),
+    ( condition(Head, _, Body) ; Head = proc(_, Body) ),
     clause(Module:Head, _, Reference),
     bound_names(Body, Names0),
     sort(Names0, Names),

@@ -15,6 +15,7 @@ A problem is problem(Kind, File, Line, What); Kind is `error` or `warning`.
 :- use_module('../language/binding', [bound_names/2]).
 :- use_module(captured_values, [captured_value/3, captured_value/4]).
 :- use_module(formula_checks, [formula_problem/5, undeclared_instance/3]).
+:- use_module(formula_parts, [condition/3]).
 :- use_module(loop_variables, [kept_variable/3]).
 :- use_module(misspelt_axioms, [misspelt_axiom/3]).
 :- use_module(negated_variables, [negated_variable/3]).
@@ -183,15 +184,6 @@ theory_problem(Theory, Module, warning, recursion(Name, Path), Ref) :-
     clause(Module:proc(Name, Body), true, Ref),
     nonvar(Name),
     recursion(Name, Body, Theory, Path).
-
-% condition(?Axiom, -Label, -Formula): Axiom applies where Formula holds.
-condition(poss(A, P), of(poss, A), P).
-condition(causes_val(A, _, _, P), of(effect, A), P).
-condition(causes_true(A, _, P), of(effect, A), P).
-condition(causes_false(A, _, P), of(effect, A), P).
-condition(senses(A, _, _, _, P), of(sensing, A), P).
-condition(settles(A, _, _, _, P), of(sensing, A), P).
-condition(rejects(A, _, _, _, P), of(sensing, A), P).
 
 assigning(set(_)).
 assigning(unset(_)).

@@ -1,15 +1,30 @@
 :- module(indigolog_formula_parts,
-          [ connective/3,             % +Formula, -Formulas, -Terms
+          [ condition/3,              % ?Axiom, -Label, -Formula
+            connective/3,             % +Formula, -Formulas, -Terms
             is_formula/2,             % +Term, +Theory
             procedure_kind/3,         % +Call, +Theory, -Kind
             goal_exists/2             % +Goal, +Theory
           ]).
-/** <module> What formulas are made of, and what is one: of procedures, some abbreviate formulas */
+/** <module> Which axioms have a formula, what formulas are made of, and what is one
+
+Of procedures, some abbreviate formulas.
+*/
 
 :- use_module(library(lists), [list_to_set/2, member/2]).
 :- use_module('../language/formula', [meaning/3]).
 :- use_module('../language/semantics', [construct/2]).
 :- use_module('../language/theory').
+
+%!  condition(?Axiom, -Label, -Formula) is nondet.
+%
+%   Axiom applies where Formula holds; Label names the kind of axiom and the action.
+condition(poss(A, P), of(poss, A), P).
+condition(causes_val(A, _, _, P), of(effect, A), P).
+condition(causes_true(A, _, P), of(effect, A), P).
+condition(causes_false(A, _, P), of(effect, A), P).
+condition(senses(A, _, _, _, P), of(sensing, A), P).
+condition(settles(A, _, _, _, P), of(sensing, A), P).
+condition(rejects(A, _, _, _, P), of(sensing, A), P).
 
 %!  connective(+Formula, -Formulas, -Terms) is semidet.
 %
