@@ -1,16 +1,22 @@
-"""How blurred one image is, by defocus or motion, measured on its own strongest edges (`blur_sigma`).
+"""How blurred one image is, by defocus or motion, measured on its own strongest edges.
 
-The heights that a step has at two scales tell its blur, as in Zhuo and Sim (2011). Smoothing and Sobel
-run row by row in kernels: with OpenCV's, the whole measure takes twice as long.
+Of all of them for what looks at edges as they are (`blur_sigma`), and of those that stand alone for what lens
+and motion do (`lone_edge_blur`): before a wall of lines edges are as narrow as neighbours let them be.
+
+The heights that a step has at two scales tell its blur, as in Zhuo and Sim (2011). Smoothing and Sobel run
+row by row in kernels: with OpenCV's, the whole measure takes twice as long.
 """
 
 from __future__ import annotations
+
+import math
+from typing import NamedTuple
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from numerics.arrays import Field, Grey, Ints
+from numerics.arrays import Field, Flags, Grey, Ints
 from numerics.kernels import kernel
 from numerics.marks import list_marks, no_marks
 from vision_server.channels.depth import Pixels, deepened
@@ -27,6 +33,9 @@ NEARLY_CLIPPED_GREY = 245  # edges of clipped areas look sharper than they are
 FIRST_ROOM = 1024  # ridges for which there is room at first
 MIN_EDGELS = 20  # fewer say nothing
 MOST_EDGELS = 150  # more say nothing new
+# An edge stands alone where so many pixels of the halved image to either side no slope is against its own by
+# more than that share of it (by hand).
+ALONE_PX, MOST_AGAINST = 4, 0.3
 MOST_BLUR_PX = 8.0  # more cannot be told: the coarse scale sees the edge's neighbours
 LARGEST_SLOPE = 2 * 4 * 255  # of Sobel's |gx| + |gy|
 
@@ -141,11 +150,37 @@ def _ridges(half: Grey, gx: Slopes, gy: Slopes, slope: Slopes, margin: int) -> I
     return ridges[:found]
 
 
-def _strongest_edgels(half: Grey, margin: int) -> Ints:
-    """Rows (y, x) on the ridges of the strongest gradients; Sobel's, with the length |gx| + |gy|."""
+class _Edgels(NamedTuple):
+    """Rows (y, x) on the ridges of the strongest gradients; Sobel's slopes, see `_slopes`."""
+
+    places: Ints
+    gx: Slopes
+    gy: Slopes
+
+
+def _strongest_edgels(half: Grey, margin: int) -> _Edgels:
+    """Those of an image (H, W), ``margin`` px from its border and more."""
     gx, gy, slope = np.empty((3, *half.shape), np.int16)
     _slopes(half, gx, gy, slope)
-    return np.asarray(_ridges(half, gx, gy, slope, margin))
+    return _Edgels(np.asarray(_ridges(half, gx, gy, slope, margin)), gx, gy)
+
+
+@kernel()
+def _alone(edgels: _Edgels) -> Flags:
+    """Which edgels stand alone: no slope beside them, along their normal, is against their own."""
+    out = np.ones(len(edgels.places), dtype=np.bool_)
+    for i in range(len(out)):
+        y, x = edgels.places[i]
+        along_x, along_y = float(edgels.gx[y, x]), float(edgels.gy[y, x])
+        square = along_x**2 + along_y**2
+        step = 1.0 / math.sqrt(square)
+        for k in range(-ALONE_PX, ALONE_PX + 1):
+            v, u = y + round(k * step * along_y), x + round(k * step * along_x)
+            slope = edgels.gx[v, u] * along_x + edgels.gy[v, u] * along_y
+            if slope < -MOST_AGAINST * square:
+                out[i] = False
+                break
+    return out
 
 
 @kernel(fastmath={"reassoc", "contract", "nsz"})
@@ -184,17 +219,34 @@ def blur_sigma(half: Grey) -> float:
     -------
     px, 0 (sharp, or nothing to measure on) to 8.
     """
-    margin = int(np.ceil(3.0 * COARSE_PX))
-    if min(half.shape) <= 2 * margin:
-        return 0.0
+    margin = _margin(half)
+    return 0.0 if margin is None else _blur_of(half, _strongest_edgels(half, margin).places) or 0.0
+
+
+def lone_edge_blur(half: Grey) -> float | None:
+    """The same by edges that stand alone; None where they are too few to tell."""
+    margin = _margin(half)
+    if margin is None:
+        return None
     edgels = _strongest_edgels(half, margin)
+    return _blur_of(half, edgels.places[_alone(edgels)])
+
+
+def _margin(half: Grey) -> int | None:
+    """How far from the border edges are measured; None where the image is no wider than that."""
+    margin = int(np.ceil(3.0 * COARSE_PX))
+    return None if min(half.shape) <= 2 * margin else margin
+
+
+def _blur_of(half: Grey, edgels: Ints) -> float | None:
+    """Blur of some edgels (N, 2), px of the full image; None where they are too few, or too weak."""
     if len(edgels) < MIN_EDGELS:
-        return 0.0
+        return None
     edgels = edgels[:: -(-len(edgels) // MOST_EDGELS)]
     fine, coarse = (_step_heights(half, edgels, *contrast_kernels(scale)) for scale in (FINE_PX, COARSE_PX))
     strong = coarse >= 1.0
     if np.count_nonzero(strong) < MIN_EDGELS:
-        return 0.0
+        return None
     ratios = fine[strong] / coarse[strong]
     ratio = float(np.partition(ratios, len(ratios) // 2)[len(ratios) // 2])
     ratio = min(max(ratio, FINE_PX / COARSE_PX + 1e-3), 1.0 - 1e-6)

@@ -19,7 +19,7 @@ from bridge.errors import BadInput
 from numerics.arrays import Field, Grey
 from numerics.two_cores import both
 from vision_server.channels.bands import GradientRows
-from vision_server.channels.blur import blur_sigma, halved
+from vision_server.channels.blur import blur_sigma, halved, lone_edge_blur
 from vision_server.channels.depth import (
     PIXEL_TYPES,
     ROUNDING_SD,
@@ -115,6 +115,11 @@ class ChannelStatistics:
     def linear_at(self, rows: slice, columns: slice) -> Field:
         """`linear` of some rows and columns, without the others."""
         return linear_image(np.ascontiguousarray(self.pixels[rows, columns]), self.gamma, self.linear_of)
+
+    @cached_property
+    def lone_blur_px(self) -> float | None:
+        """Blur of the edges that stand alone, px, which is that of lens and motion; None where none tells."""
+        return lone_edge_blur(stretched(halved(self.pixels)))
 
     @cached_property
     def contrast(self) -> Field:

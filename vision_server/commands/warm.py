@@ -77,7 +77,9 @@ def warm_up() -> None:
             tracker.step(images.images[name].pixels)
     edge_picture(images.edge_map(["sharp", "bright"]))
     images.moved("bright")
-    edge_kinds([image.statistics for image in images.images.values()])
+    channels = [image.statistics for image in images.images.values()]
+    edge_kinds(channels)
+    assert channels[0].lone_blur_px is not None
 
 
 def refine() -> None:

@@ -17,9 +17,6 @@ from vision_server.channels.noise import SATURATED_GREY
 
 MARGIN_PX = 10  # around the model's outline, or what is lit
 DARK_GREY = 8  # below this there is nothing to see
-SHARP_PX = 0.7  # what a frame without measurable blur counts as ...
-# ... when its light spreads over this share of full scale, so that there was something to see.
-LEAST_SPREAD = 0.1
 # What is left to measure on where more is saturated is no edge of the target: of 162 blurred frames with
 # more 94 were taken for sharp ones, of 126 with less none.
 MOST_SATURATED = 0.1
@@ -78,14 +75,12 @@ def frame_statistics(
     noise
         Median standard deviation of the sensor noise, share of full scale.
     blur_px
-        Standard deviation of the edges' spread in the frame, px; None where no edge tells, or too much is
-        saturated.
+        Standard deviation of the spread of the frame's lone edges, px; None where too few tell, or
+        too much is saturated.
     """
     target = _of(channel, region, gamma)
-    seen = target["p95"] - target["p05"] >= LEAST_SPREAD
     clipped = target["saturated_fraction"] > MOST_SATURATED
-    measured = channel.blur_px if channel.blur_px > 0.0 else SHARP_PX if seen else None
-    blur = None if clipped else measured
+    blur = None if clipped else channel.lone_blur_px
     return {**target, "blur_px": blur, "frame": _of(channel, None, gamma)}
 
 

@@ -171,7 +171,8 @@ class PoseTask:
         settings, channel = self.applied[image.name], image.statistics
         powers = np.array(light_powers(self.describe.lights, settings.lights))
         linear = channel.linear / np.float32(255.0)
-        return LitImage(linear, self.exposure(settings), powers, channel.blur_px)
+        blur_px = channel.lone_blur_px or channel.blur_px
+        return LitImage(linear, self.exposure(settings), powers, blur_px)
 
     def expect(self, found: Estimate | None) -> None:
         """Take the target to be where it was found, if that is rather right: images are held against it."""
