@@ -18,7 +18,7 @@ from image_server.v4l2.kernel import REQUESTS
 CAPTURE = int(v4l2.V4L2_CAP_VIDEO_CAPTURE)
 STREAMING = int(v4l2.V4L2_CAP_STREAMING)
 DEVICE_CAPS = int(v4l2.V4L2_CAP_DEVICE_CAPS)
-GONE = (errno.ENODEV, errno.ENXIO, errno.EPIPE)
+GONE = (errno.ENODEV, errno.ENXIO, errno.EPIPE, errno.ESHUTDOWN)
 UNPLUGGED_HINT = "Was it unplugged? Connect it and start again."
 
 

@@ -6,6 +6,7 @@ Its frames follow exposure and iris, a given number of frames late, through a gi
 
 import errno
 import mmap
+import os
 import time
 from dataclasses import dataclass, field
 from typing import Any
@@ -73,6 +74,7 @@ class ScriptedCamera(Node):
         self.sticky: set[int] = set()
         self.requests: list[str] = []
         self.gone = False
+        self.refusal_when_gone = errno.ENODEV
         self._gamma = gamma
         self._late = late
         self._history: list[float] = []
@@ -90,7 +92,7 @@ class ScriptedCamera(Node):
         """Answer one request."""
         self.requests.append(name)
         if self.gone:
-            raise OSError(errno.ENODEV, "No such device")
+            raise OSError(self.refusal_when_gone, os.strerror(self.refusal_when_gone))
         getattr(self, f"_{name.lower()}")(argument)
         return argument
 

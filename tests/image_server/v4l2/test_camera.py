@@ -1,6 +1,7 @@
 """The V4L2 camera without a kernel driver: structures, formats, and controls that vivid does not have."""
 
 import ctypes
+import errno
 import shutil
 import subprocess
 import time
@@ -238,8 +239,11 @@ def test_a_control_that_does_not_move_leaves_the_frame_unverified() -> None:
     camera.close()
 
 
-def test_a_camera_that_is_pulled_out_says_so() -> None:
+@pytest.mark.parametrize("refusal", [errno.ENODEV, errno.ESHUTDOWN])
+def test_a_camera_that_is_pulled_out_says_so(refusal: int) -> None:
+    """Also in the midst of a request, which the USB end refuses then."""
     node = ScriptedCamera()
+    node.refusal_when_gone = refusal
     hardware = Hardware(V4L2Camera(CameraFile(device=node.path), node))
     told: list[str] = []
     hardware.listen(lambda change: told.append(change.event))
