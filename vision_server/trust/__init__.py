@@ -6,11 +6,12 @@ The way of an estimate, with what each step makes of a pose (`vision_server.pipe
    seed pose, `all_sides.of_most_evidence` at first sight. Both also try what a small step does not lead to:
    turns about the axis of a round part (`spun`), near symmetries, and poses beside (`hypotheses`). Each makes
    a `Refined`, by `vision_server.pose.refinement` and by how the images support it (`support`).
-2. `likely` at first sight, `rivals.likeliest_first` otherwise: which of them goes first.
+2. Which of them goes first: `rivals.likeliest_first` with a seed pose; at first sight `likely`, by what the
+   last step makes of each.
 3. The last step (`settling`): lines as wholes (`pose.courses`), most off by little and a few by much. It
    makes a `Settled`, with the covariance, and how well the lines agree. Tracking fits whole lines in its own
    way, since each of its frames has the lines of those before: `vision_server.tracking.fitting`.
-4. Rivals: `rivals` of the pose with a seed, `alternatives` for all poses that a first sight tells.
+4. Rivals: `rivals` of the pose, `alternatives` for all poses that a first sight tells.
 5. `judgement` puts together what is said. `stretch` and `other_hand` measure how much better another model
    does, `restarts` whether the pose is the only one near by; `probability` decides what that is worth, and
    how sure the pose is. It makes the `Estimate`.
