@@ -158,9 +158,12 @@ class _Edgels(NamedTuple):
     gy: Slopes
 
 
-def _strongest_edgels(half: Grey, margin: int) -> _Edgels:
-    """Those of an image (H, W), ``margin`` px from its border and more."""
+def _strongest_edgels(half: Grey) -> _Edgels:
+    """Those of an image (H, W), as far from its border as they are measured by; none of one no wider."""
+    margin = int(np.ceil(3.0 * COARSE_PX))
     gx, gy, slope = np.empty((3, *half.shape), np.int16)
+    if min(half.shape) <= 2 * margin:
+        return _Edgels(np.empty((0, 2), np.int64), gx, gy)
     _slopes(half, gx, gy, slope)
     return _Edgels(np.asarray(_ridges(half, gx, gy, slope, margin)), gx, gy)
 
@@ -219,23 +222,13 @@ def blur_sigma(half: Grey) -> float:
     -------
     px, 0 (sharp, or nothing to measure on) to 8.
     """
-    margin = _margin(half)
-    return 0.0 if margin is None else _blur_of(half, _strongest_edgels(half, margin).places) or 0.0
+    return _blur_of(half, _strongest_edgels(half).places) or 0.0
 
 
 def lone_edge_blur(half: Grey) -> float | None:
     """The same by edges that stand alone; None where they are too few to tell."""
-    margin = _margin(half)
-    if margin is None:
-        return None
-    edgels = _strongest_edgels(half, margin)
+    edgels = _strongest_edgels(half)
     return _blur_of(half, edgels.places[_alone(edgels)])
-
-
-def _margin(half: Grey) -> int | None:
-    """How far from the border edges are measured; None where the image is no wider than that."""
-    margin = int(np.ceil(3.0 * COARSE_PX))
-    return None if min(half.shape) <= 2 * margin else margin
 
 
 def _blur_of(half: Grey, edgels: Ints) -> float | None:
