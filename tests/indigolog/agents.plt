@@ -6,6 +6,7 @@
 :- use_module(library(readutil), [read_file_to_terms/3]).
 :- use_module('../../indigolog/indigolog').
 :- use_module('../../indigolog/online/journal', [journal_close/1, journal_open/3]).
+:- use_module('../await').
 :- use_module(theory_text).
 
 /** <module> Many agents in one process, one after the other, in threads, interleaved, and inside one another
@@ -187,17 +188,10 @@ test(loaded_anew, true(H = [mine, mine, go|_])) :-
                causes_true(go, gone, true)."),
     thread_create(( indigolog([while(neg(gone), wait), mine, mine], [run(old), device(agents_recorder), max_wait(60), history(H0)]),
                     thread_exit(H0) ), Thread),
-    until(request_running(old)),
+    await(request_running(old)),
     load_text("prim_action(yours). poss(yours, true)."),
     report_exogenous(old, go),
     thread_join(Thread, exited(H)).
-
-until(Goal) :-
-    (   call(Goal)
-    ->  true
-    ;   sleep(0.01),
-        until(Goal)
-    ).
 
 test(same_name, error(golog(run_exists(twin)))) :-
     load_text("prim_action(a). poss(a, true)."),
@@ -229,7 +223,7 @@ many_journals(N) :-
 test(several_runs, error(golog(several_runs(bump)))) :-
     load_text("prim_action(a). poss(a, true)."),
     maplist([N, T]>>thread_create(indigolog([while(true, wait)], [run(N), device(agents_recorder), outcome(_)]), T), [left, right], Ts),
-    until(( request_running(left), request_running(right) )),
+    await(( request_running(left), request_running(right) )),
     call_cleanup(report_exogenous(bump), ( request_abort(left), request_abort(right), maplist(thread_join, Ts) )).
 
 request_running(Name) :-
@@ -239,7 +233,7 @@ request_running(Name) :-
 test(stop_one, true(How == [stopped(enough), aborted])) :-
     load_text("prim_action(a). poss(a, true). exog_action(nothing)."),
     maplist([N, T]>>thread_create(ended(N), T), [left, right], Ts),
-    until(( request_running(left), request_running(right) )),
+    await(( request_running(left), request_running(right) )),
     request_stop(left, enough),
     thread_join(Ts, left, First),
     request_abort(right),

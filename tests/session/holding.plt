@@ -2,6 +2,7 @@
 :- use_module(library(plunit)).
 :- use_module(library(filesex)).
 :- use_module('../../session/holding').
+:- use_module('../await').
 
 /** <module> What a session does with the words it is told in a file */
 
@@ -50,12 +51,6 @@ write_hold(Folder, Word) :-
 file_in(Folder, Name) :-
     directory_file_path(Folder, Name, File),
     exists_file(File).
-
-await(Goal) :-
-    call_with_time_limit(60, until(Goal)).
-
-until(Goal) :-
-    ( call(Goal) -> true ; sleep(0.01), until(Goal) ).
 
 left(Folder, Left) :-
     directory_files(Folder, Files),

@@ -3,9 +3,9 @@
 :- use_module(library(filesex), [delete_directory_and_contents/1]).
 :- use_module(library(process), [process_create/3, process_wait/2]).
 :- use_module(library(readutil), [read_line_to_string/2]).
-:- use_module(library(time), [call_with_time_limit/2]).
 :- use_module('../../../session/servers/kept_servers').
 :- use_module('../../../session/servers/processes').
+:- use_module('../../await').
 
 /** <module> A server that is killed has gone when that is done */
 
@@ -24,9 +24,6 @@ orphan(Base, Pid) :-
     process_wait(Parent, _),
     number_string(Pid, Line).
 
-until(Goal) :-
-    ( call(Goal) -> true ; sleep(0.01), until(Goal) ).
-
 :- begin_tests(processes).
 
 test(a_child_that_is_killed_is_gone, fail) :-
@@ -38,7 +35,7 @@ test(so_is_a_server_that_was_found, [ setup(( tmp_file(kept, Folder), make_direc
     atom_concat(Folder, '/server', Base),
     orphan(Base, Pid),
     keep_server(Base, process(image_server, Pid, 'none.log')),
-    call_with_time_limit(60, until(kept_running(Base, Pid))),    % from when it has been loaded, it has its words
+    await(kept_running(Base, Pid)),    % from when it has been loaded, it has its words
     kill_process(kept(image_server, Pid, Base)),
     assertion(\+ kept_running(Base, Pid)).
 
