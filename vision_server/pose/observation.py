@@ -112,6 +112,8 @@ class Observation(NamedTuple):
     offset, sd, strength
         (C, N), of the chosen edge point: place along the normal px (NaN: none), its noise px, signed
         derivative grey/px.
+    drawn
+        (C, N), px along the normal, see `drawn_in`: ``offset`` is without it.
     nuisance
         (C, N, 2), what moves edges but not the pose, up to a factor each: a tone curve that was not undone
         (signed height of the step over the mean of its sides), and clipping (towards the dark side; 0 for
@@ -136,6 +138,7 @@ class Observation(NamedTuple):
     offset: Floats
     sd: Floats
     strength: Floats
+    drawn: Floats
     nuisance: Floats
     neighbours: Floats
     tolerance: Floats
@@ -178,7 +181,8 @@ def observe(
         _take_chosen(looked, points, channel.frame, channel.tiles, samples, found)
     centre = turning_point(model, pose)
     jacobian = step_jacobian(camera, pose.apply(samples.points), normals.normal, centre)
-    offset, neighbours = found.offset - drawn_in(samples, sigma, SIGMAS[filters]), np.zeros(shape)
+    drawn = drawn_in(samples, sigma, SIGMAS[filters])
+    offset, neighbours = found.offset - drawn, np.zeros(shape)
     if pulls:
         seen = Edges(offset, found.sd, found.strength)
         by, neighbours = blended(samples, sigma, _blur(channels, sigma, SIGMAS[filters]), seen)
@@ -198,6 +202,7 @@ def observe(
         offset=offset,
         sd=found.sd,
         strength=found.strength,
+        drawn=drawn,
         nuisance=found.nuisance,
         neighbours=neighbours,
         tolerance=tolerance,

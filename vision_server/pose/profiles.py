@@ -168,9 +168,11 @@ def _add_up(
         course = at.place[m, 0] + at.place[m, 1] * seen.along[i]
         if not abs(seen.offset[c, i] - course) < near:
             continue
+        # of outlines, what their curves' blur adds is in what was read off
+        seen_at = course if seen.inside[i] != 0.0 else course + seen.drawn[c, i]
         nx, ny = -samples.image_direction[i, 1], samples.image_direction[i, 0]
         for k in range(len(out)):
-            u = course + (k - PROFILE_STEPS) * step
+            u = seen_at + (k - PROFILE_STEPS) * step
             x, y = samples.image[i, 0] + u * nx, samples.image[i, 1] + u * ny
             if x >= 0.0 and y >= 0.0 and x < columns - 1 and y < rows - 1:
                 out[k] += derivative_at(channel, x, y, nx, ny)

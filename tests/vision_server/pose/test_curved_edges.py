@@ -9,6 +9,7 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.visibility import Samples
 from tests.vision_server.synthetic import one_image
+from vision_server.pose.courses import courses_of
 from vision_server.pose.curved_edges import BLUR_OVER_SOFTNESS, bend, drawn_in
 from vision_server.pose.observation import PoseProblem, observe
 
@@ -59,3 +60,23 @@ def test_rims_and_holes_are_seen_where_they_are() -> None:
     inwards, left, whole = np.sum(rows, axis=0)
     assert 0.5 < inwards / whole < 1.0
     assert abs(left) < 0.3 * inwards
+
+
+def test_a_rim_as_a_whole_is_where_it_is_too() -> None:
+    """Its profile is read about where its edge is seen; else it tells of what blur has drawn in once more."""
+    model = Model.of_surface("flange", surface_of(ROUND["flange"](128)))
+    rows = []
+    for number in range(4):
+        rng = np.random.default_rng((9, number))
+        true = random_view(rng, model, CAMERA)
+        images = one_image(rendered(model, CAMERA, true, rng))
+        problem = PoseProblem.at_scale(images.gradients(["i1"]), model, CAMERA)
+        seen = observe(problem, true, 3.0, STEP_PX)
+        courses = courses_of(problem, seen, np.zeros((len(seen.along), 3)))
+        line = seen.samples.line
+        drawn = (np.bincount(line, seen.drawn[0]) / np.maximum(np.bincount(line), 1))[courses.line]
+        bent = ~model.smooth[courses.line] & (np.abs(drawn) > 0.002) & (np.abs(courses.place[:, 0]) < 0.3)
+        weight = drawn * courses.share / (courses.noise[:, 0, 0] + courses.spread**2)
+        rows.append(np.stack([courses.place[:, 0], drawn], axis=1)[bent].T @ weight[bent])
+    left, whole = np.sum(rows, axis=0)
+    assert abs(left) < 0.5 * whole
