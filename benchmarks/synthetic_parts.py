@@ -2,13 +2,14 @@
 
     .venv/bin/python -m benchmarks.synthetic_parts [--shape prisms] [--counts 12,100,500,1000] [--trials 12]
         [--width 640] [--away-m 0] [--occluded 0] [--rotation-deg 25] [--translation-px 40] [--seed 0]
-        [--model-count 0]
+        [--model-count 0] [--same-views]
 
 Prisms on a plate have so many lines; all other parts so many segments to a circle. One JSON object
 per count: how many poses from disturbed starts are right (1 degree, 1 % of the range, up to symmetry), the
 median error in millimetres, and the processor's seconds of an estimate. ``--away-m`` puts the origin so far
 outside of the part; ``--occluded`` puts a rectangle of another grey over that share of its pixels. With
-``--model-count`` the model has so many segments, whatever the picture's are.
+``--model-count`` the model has so many segments, whatever the picture's are; with ``--same-views`` a
+round part is seen from the same ones at all counts.
 """
 
 from __future__ import annotations
@@ -234,6 +235,7 @@ def main(  # noqa: PLR0913  # the options of a command
     rotation_deg: float = 25.0,
     translation_px: Annotated[float, typer.Option(help="At 640 px; more on wider frames.")] = 40.0,
     seed: Annotated[int, typer.Option(help="Draws parts, poses, lamps and starts.")] = 0,
+    same_views: Annotated[bool, typer.Option(help="Draw all counts alike.")] = False,
     write: Annotated[Path | None, typer.Option(help="Folder for the images.")] = None,
 ) -> None:
     """Poses of random parts from disturbed starts."""
@@ -241,8 +243,9 @@ def main(  # noqa: PLR0913  # the options of a command
     camera = Camera(width, height, 1.2 * width, 1.2 * width, 0.5 * width - 0.5, 0.5 * height - 0.5)
     for count in map(int, counts.split(",")):
         errors, seconds, wrong, sure, drawn = [], [], 0, 0, []
+        own_draws = 0 if same_views else count
         for number in range(trials):
-            rng = np.random.default_rng((seed, count, number))
+            rng = np.random.default_rng((seed, own_draws, number))
             surface = part_of(shape, count, rng)
             model = Model.of_surface("part", surface)
             drawn.append(len(model.lines))
@@ -250,7 +253,7 @@ def main(  # noqa: PLR0913  # the options of a command
             pixels = rendered(model, camera, true, rng)
             if hidden:
                 # the rest of the draw stays as it is
-                aside_rng = np.random.default_rng((seed, count, number, 1))
+                aside_rng = np.random.default_rng((seed, own_draws, number, 1))
                 pixels = occluded(pixels, model, camera, true, aside_rng, hidden)
             if write is not None:
                 cv2.imwrite(str(write / f"{shape}_{count}_{number}.png"), pixels)
@@ -260,7 +263,7 @@ def main(  # noqa: PLR0913  # the options of a command
             )
             aside = rng.normal(size=3)
             aside *= away_m / np.linalg.norm(aside)
-            told = part_of(shape, model_count or count, np.random.default_rng((seed, count, number)))
+            told = part_of(shape, model_count or count, np.random.default_rng((seed, own_draws, number)))
             moved = Model.of_surface("part", replace(told, vertices=told.vertices + aside))
             shift = Pose(np.zeros(3), -aside)
             symmetry = symmetry_of(model)

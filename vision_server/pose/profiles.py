@@ -99,7 +99,7 @@ def profiles_of(problem: PoseProblem, seen: Observation, at: Place, steps_px: Fl
     for c, channel in enumerate(problem.channels):
         softness = seen.sigma[c, samples.line]
         to_course = np.abs(np.nan_to_num(seen.offset[c])) + ON_COURSE_PX * softness
-        reach = to_course + PROFILE_STEPS * np.minimum(softness, MOST_STEP_PX)
+        reach = to_course + np.abs(seen.drawn[c]) + PROFILE_STEPS * np.minimum(softness, MOST_STEP_PX)
         normals = Normals(samples.image, samples.normal, reach)
         channel.prepare(problem.filters[c, samples.line], normals, 0.0)
         _add_up_all(channel.frame, channel.tiles, problem.filters[c], seen, c, at, steps_px, profiles)
