@@ -27,7 +27,7 @@ from vision_server.channels.gradients import (
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.pose.association import associate
 from vision_server.pose.blending import Edges, blended
-from vision_server.pose.curved_edges import drawn_in
+from vision_server.pose.curved_edges import drawn_in, facet_lengths
 from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints, search
 from vision_server.pose.hough import choose, vote
 from vision_server.pose.outline_shading import inside_of, way_back
@@ -181,7 +181,7 @@ def observe(
         _take_chosen(looked, points, channel.frame, channel.tiles, samples, found)
     centre = turning_point(model, pose)
     jacobian = step_jacobian(camera, pose.apply(samples.points), normals.normal, centre)
-    drawn = drawn_in(samples, sigma, SIGMAS[filters])
+    drawn = drawn_in(samples, facet_lengths(model, camera, pose, samples), sigma, SIGMAS[filters])
     offset, neighbours = found.offset - drawn, np.zeros(shape)
     if pulls:
         seen = Edges(offset, found.sd, found.strength)

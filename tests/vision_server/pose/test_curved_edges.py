@@ -32,7 +32,7 @@ def test_an_arc_bends_towards_its_centre(radius_px: float, turn: float) -> None:
     samples = arc(radius_px, turn)
     centre = samples.image + samples.normal / bend(samples)[:, None]
     np.testing.assert_allclose(centre, np.tile([100.0, 80.0], (20, 1)), atol=1e-6)
-    (back,) = drawn_in(samples, np.array([[2.0]]), np.array([[1.0]]))
+    (back,) = drawn_in(samples, np.zeros(20), np.array([[2.0]]), np.array([[1.0]]))
     assert np.abs(back) == pytest.approx(0.5 * (1.0 + (2.0 * BLUR_OVER_SOFTNESS) ** 2) / radius_px)
 
 
@@ -45,7 +45,7 @@ def test_straight_and_very_short_lines_do_not_bend() -> None:
 
 def test_rims_and_holes_are_seen_where_they_are() -> None:
     """How far inwards edges are seen, px, by how much their lines bend, 1/px: half of the squared blur."""
-    model = Model.of_surface("flange", surface_of(ROUND["flange"](128)))
+    model = Model.of_surface("flange", surface_of(ROUND["flange"](256)))
     rows = []
     for number in range(4):
         rng = np.random.default_rng((9, number))
@@ -53,7 +53,7 @@ def test_rims_and_holes_are_seen_where_they_are() -> None:
         images = one_image(rendered(model, CAMERA, true, rng))
         seen = observe(PoseProblem.at_scale(images.gradients(["i1"]), model, CAMERA), true, 3.0, STEP_PX)
         bends, offset = bend(seen.samples), seen.offset[0]
-        moved_back = drawn_in(seen.samples, seen.sigma, np.ones_like(seen.sigma))[0]
+        moved_back = seen.drawn[0]
         sharp = ~model.smooth[seen.samples.line] & (np.abs(bends) > 0.002) & (np.abs(offset) < 0.3)
         weight = bends / (seen.sd[0] ** 2 + 0.02**2)
         rows.append(np.stack([offset + moved_back, offset, bends], axis=1)[sharp].T @ weight[sharp])
@@ -64,7 +64,7 @@ def test_rims_and_holes_are_seen_where_they_are() -> None:
 
 def test_a_rim_as_a_whole_is_where_it_is_too() -> None:
     """Its profile is read about where its edge is seen; else it tells of what blur has drawn in once more."""
-    model = Model.of_surface("flange", surface_of(ROUND["flange"](128)))
+    model = Model.of_surface("flange", surface_of(ROUND["flange"](256)))
     rows = []
     for number in range(4):
         rng = np.random.default_rng((9, number))
