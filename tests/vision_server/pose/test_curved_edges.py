@@ -80,3 +80,11 @@ def test_a_rim_as_a_whole_is_where_it_is_too() -> None:
         rows.append(np.stack([courses.place[:, 0], drawn], axis=1)[bent].T @ weight[bent])
     left, whole = np.sum(rows, axis=0)
     assert abs(left) < 0.5 * whole
+
+
+@pytest.mark.parametrize(("blurs", "share"), [(0.2, 1.0), (1.0, 0.92), (2.0, 0.67), (3.0, 0.35), (6.0, 0.0)])
+def test_the_middle_of_a_long_facet_is_not_drawn_in(blurs: float, share: float) -> None:
+    """Of facets as many blurs long, by what blurring a polygon of them does to the middle of each."""
+    samples, one, softness = arc(90.0, 1.0), np.array([[1.0]]), np.array([[0.0]])
+    curve, polygon = (drawn_in(samples, np.full(20, facet), softness, one) for facet in (0.0, blurs))
+    np.testing.assert_allclose(polygon / curve, share, atol=0.06)
