@@ -1,5 +1,7 @@
 """Blur draws the edge of a curved line towards its inner side, by as much as is taken back."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from geometry.visibility import Samples
 from tests.vision_server.synthetic import one_image
 from vision_server.pose.courses import courses_of
 from vision_server.pose.curved_edges import BLUR_OVER_SOFTNESS, bend, drawn_in
-from vision_server.pose.observation import PoseProblem, observe
+from vision_server.pose.observation import Observation, PoseProblem, observe
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 STEP_PX = 2.0
@@ -43,18 +45,23 @@ def test_straight_and_very_short_lines_do_not_bend() -> None:
     assert (bend(arc(90.0, 1.0, count=2)) == 0.0).all()
 
 
-def test_rims_and_holes_are_seen_where_they_are() -> None:
-    """How far inwards edges are seen, px, by how much their lines bend, 1/px: half of the squared blur."""
+def views_of_a_flange() -> Iterator[tuple[PoseProblem, Observation]]:
+    """Problems, and what is seen in each at the true pose."""
     model = Model.of_surface("flange", surface_of(ROUND["flange"](256)))
-    rows = []
     for number in range(4):
         rng = np.random.default_rng((9, number))
         true = random_view(rng, model, CAMERA)
         images = one_image(rendered(model, CAMERA, true, rng))
-        seen = observe(PoseProblem.at_scale(images.gradients(["i1"]), model, CAMERA), true, 3.0, STEP_PX)
-        bends, offset = bend(seen.samples), seen.offset[0]
-        moved_back = seen.drawn[0]
-        sharp = ~model.smooth[seen.samples.line] & (np.abs(bends) > 0.002) & (np.abs(offset) < 0.3)
+        problem = PoseProblem.at_scale(images.gradients(["i1"]), model, CAMERA)
+        yield problem, observe(problem, true, 3.0, STEP_PX)
+
+
+def test_rims_and_holes_are_seen_where_they_are() -> None:
+    """How far inwards edges are seen, px, by how much their lines bend, 1/px: half of the squared blur."""
+    rows = []
+    for problem, seen in views_of_a_flange():
+        bends, offset, moved_back = bend(seen.samples), seen.offset[0], seen.drawn[0]
+        sharp = ~problem.model.smooth[seen.samples.line] & (np.abs(bends) > 0.002) & (np.abs(offset) < 0.3)
         weight = bends / (seen.sd[0] ** 2 + 0.02**2)
         rows.append(np.stack([offset + moved_back, offset, bends], axis=1)[sharp].T @ weight[sharp])
     inwards, left, whole = np.sum(rows, axis=0)
@@ -64,20 +71,14 @@ def test_rims_and_holes_are_seen_where_they_are() -> None:
 
 def test_a_rim_as_a_whole_is_where_it_is_too() -> None:
     """Its profile is read about where its edge is seen; else it tells of what blur has drawn in once more."""
-    model = Model.of_surface("flange", surface_of(ROUND["flange"](256)))
     rows = []
-    for number in range(4):
-        rng = np.random.default_rng((9, number))
-        true = random_view(rng, model, CAMERA)
-        images = one_image(rendered(model, CAMERA, true, rng))
-        problem = PoseProblem.at_scale(images.gradients(["i1"]), model, CAMERA)
-        seen = observe(problem, true, 3.0, STEP_PX)
+    for problem, seen in views_of_a_flange():
         courses = courses_of(problem, seen, np.zeros((len(seen.along), 3)))
-        line = seen.samples.line
+        line, place = seen.samples.line, courses.place[:, 0]
         drawn = (np.bincount(line, seen.drawn[0]) / np.maximum(np.bincount(line), 1))[courses.line]
-        bent = ~model.smooth[courses.line] & (np.abs(drawn) > 0.002) & (np.abs(courses.place[:, 0]) < 0.3)
+        bent = ~problem.model.smooth[courses.line] & (np.abs(drawn) > 0.002) & (np.abs(place) < 0.3)
         weight = drawn * courses.share / (courses.noise[:, 0, 0] + courses.spread**2)
-        rows.append(np.stack([courses.place[:, 0], drawn], axis=1)[bent].T @ weight[bent])
+        rows.append(np.stack([place, drawn], axis=1)[bent].T @ weight[bent])
     left, whole = np.sum(rows, axis=0)
     assert abs(left) < 0.5 * whole
 
