@@ -47,7 +47,7 @@ def test_straight_and_very_short_lines_do_not_bend() -> None:
 
 def views_of_a_flange() -> Iterator[tuple[PoseProblem, Observation]]:
     """Problems, and what is seen in each at the true pose."""
-    model = Model.of_surface("flange", surface_of(ROUND["flange"](256)))
+    model = Model.of_surface("flange", surface_of(ROUND["flange"](128)))
     for number in range(4):
         rng = np.random.default_rng((9, number))
         true = random_view(rng, model, CAMERA)
