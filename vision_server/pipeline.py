@@ -4,27 +4,26 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
-from bridge.errors import BadInput
 from geometry.camera import Camera
 from geometry.model import Model, about_middle
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.symmetries import ASYMMETRIC, symmetry_of
 from numerics.arrays import Floats
-from vision_server.baselines.genetic import match_genetic
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
-from vision_server.matching import Anywhere, Hypothesis, SearchRange, match_search
+from vision_server.matching import Anywhere, SearchRange
 from vision_server.matching.draws import beyond_of, in_range_of
-from vision_server.matching.match import ideal_segments, worth_refining
+from vision_server.matching.match import ideal_segments
+from vision_server.matching.matchers import DEFAULT_MATCHER, Matching
 from vision_server.matching.search import match_near
 from vision_server.pose.observation import PoseProblem
 from vision_server.segments.extraction import extract_segments, extract_with_pieces
@@ -42,8 +41,7 @@ SURE_SCORE = 1.0 - 1.0 / 15.0  # from here on a session ends with a pose: domain
 # scale is asked: it tells less of a model that is not true.
 MORE_IN_COARSE = 1.15
 COARSE_REFINEMENT_PX = 4.0  # least softness of edges at the coarse scale, one of SCALES_PX
-Matcher = Callable[[Floats, Model, Camera, Pose, int, SearchRange], list[Hypothesis]]
-MATCHERS: dict[str, Matcher] = {"search": match_search, "genetic": match_genetic}
+IN_DOUBT = 0.5  # ambiguity: from here on a rival is as likely, and a misfit may be that of a wrong pose
 
 
 @dataclass(frozen=True)
@@ -71,10 +69,10 @@ class PipelineSettings:
     fusion
         Whether images are fused into one before edges are looked for (a rival, see `baselines.exposures`).
     coarse
-        Whether what shows no sure pose is looked at once more at a coarser scale, where it shows more edges.
+        Whether what shows no sure pose is looked at again, at a coarser scale and with more effort.
     """
 
-    matcher: str = "search"
+    matcher: str = DEFAULT_MATCHER
     seed: int = 0
     rotation_range_deg: float = SEARCH_ROTATION_DEG
     translation_range_px: float = SEARCH_TRANSLATION_PX
@@ -92,9 +90,14 @@ class PipelineSettings:
         """How far the matchers look."""
         return SearchRange(self.rotation_range_deg, self.translation_range_px)
 
+    @property
+    def matching(self) -> Matching:
+        """The matcher, as it looks first."""
+        return Matching(self.matcher, self.seed, self.search_range, self.generations, self.population)
+
 
 class _Stopwatch:
-    """Seconds per stage; `lap` gives a stage what has passed since the last one."""
+    """Seconds per stage; `lap` adds to a stage what has passed since the last one."""
 
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
@@ -102,7 +105,7 @@ class _Stopwatch:
 
     def lap(self, stage: str) -> None:
         before, self._last = self._last, time.perf_counter()
-        self.seconds[stage] = self._last - before
+        self.seconds[stage] = self.seconds.get(stage, 0.0) + self._last - before
 
 
 def estimate_pose(
@@ -117,7 +120,7 @@ def estimate_pose(
     """Estimate the pose of the target from the named images of a set; `show` is given their edge map.
 
     Where there is no seed pose, it is looked for in the whole frame (`matching.first_sight`). Where no pose
-    is sure, and a coarser gradient shows more edges, as in the dark, it is looked for once more by these.
+    is sure, it is looked for again (`_looked_at_again`).
 
     Raises
     ------
@@ -126,31 +129,26 @@ def estimate_pose(
     GeometryError
         A search range that cannot be.
     """
-    asked = _Asked(images, names, model, camera, seed_pose, settings)
-    seen = _segments(asked, coarse=False)
+    centred, to_middle = about_middle(model)
+    if centred is not model:
+        start = seed_pose if isinstance(seed_pose, Anywhere) else seed_pose.compose(to_middle)
+        found = estimate_pose(images, names, centred, camera, start, settings, show)
+        return about_origin(found, to_middle.inverse())
+    looks = _Looks(images, names, _Asked(model, camera, seed_pose, settings))
+    seen = looks.segments(coarse=False)
+    best = looks.estimated(seen, looks.matched(seen, settings.matching))
+    suspected = best.misfit is not None and best.misfit.suspected is not None
+    wrong_model = suspected and best.ambiguity < IN_DOUBT
+    if best.score < SURE_SCORE and not wrong_model and settings.coarse:
+        best, seen = _looked_at_again(looks, seen, best)
     show(seen.edges)
-    fine = _estimated(asked, seen)
-    wrong_model = fine.misfit is not None and fine.misfit.suspected is not None
-    if fine.score >= SURE_SCORE or wrong_model or not settings.coarse:
-        return fine
-    coarser = _segments(asked, coarse=True)
-    if coarser.length_px <= MORE_IN_COARSE * seen.length_px:
-        return _with_seconds_of(fine, coarser.seconds)
-    softness = max(settings.refinement_scale_px, COARSE_REFINEMENT_PX)
-    asked = replace(asked, settings=replace(settings, refinement_scale_px=softness))
-    coarse = _estimated(asked, coarser)
-    if coarse.score <= fine.score:
-        return _with_seconds_of(fine, coarse.seconds)
-    show(coarser.edges)
-    return _with_seconds_of(coarse, fine.seconds)
+    return replace(best, seconds=looks.watch.seconds)
 
 
 @dataclass(frozen=True, eq=False)
 class _Asked:
-    """What `estimate_pose` is asked."""
+    """Of what model, by what camera and where a pose is asked for."""
 
-    images: ImageSet
-    names: Sequence[str]
     model: Model
     camera: Camera
     seed_pose: Pose | Anywhere
@@ -158,41 +156,76 @@ class _Asked:
 
 
 class _Seen(NamedTuple):
-    """The edge map of a set, its segments (N, 4) px and their length together, and seconds by stage."""
+    """The edge map of a set, and its segments (N, 4) px."""
 
     edges: EdgeMap
     endpoints: Floats
-    length_px: float
-    seconds: dict[str, float]
+
+    @property
+    def length_px(self) -> float:
+        """Of all segments together."""
+        return float(np.hypot(*(self.endpoints[:, :2] - self.endpoints[:, 2:]).T).sum())
 
 
-def _segments(asked: _Asked, coarse: bool) -> _Seen:
-    """What there is to be matched, by the images' fine or their coarse edges."""
-    watch = _Stopwatch()
-    edges = asked.images.edge_map(asked.names, coarse)
-    watch.lap("edges")
-    extract = extract_with_pieces if isinstance(asked.seed_pose, Anywhere) else extract_segments
-    found = extract(edges)
-    ends = found.take(found.strength >= asked.settings.edge_contrast_grey).endpoints
-    watch.lap("linking")
-    return _Seen(edges, ends, float(np.hypot(*(ends[:, :2] - ends[:, 2:]).T).sum()), watch.seconds)
+class _Looks:
+    """The ways to look at a set's images, and where the time goes."""
+
+    def __init__(self, images: ImageSet, names: Sequence[str], asked: _Asked) -> None:
+        self.asked = asked
+        self.watch = _Stopwatch()
+        self._images, self._names = images, names
+
+    def segments(self, coarse: bool) -> _Seen:
+        """What there is to be matched, by the images' fine or their coarse edges."""
+        edges = self._images.edge_map(self._names, coarse)
+        self.watch.lap("edges")
+        extract = extract_with_pieces if isinstance(self.asked.seed_pose, Anywhere) else extract_segments
+        found = extract(edges)
+        ends = found.take(found.strength >= self.asked.settings.edge_contrast_grey).endpoints
+        self.watch.lap("linking")
+        return _Seen(edges, ends)
+
+    def matched(self, seen: _Seen, matching: Matching) -> list[Pose]:
+        """Poses that are worth refining, by these segments."""
+        asked = self.asked
+        found = matching.hypotheses(seen.endpoints, asked.model, asked.camera, asked.seed_pose)
+        self.watch.lap("matching")
+        return found
+
+    def estimated(self, seen: _Seen, hypotheses: Sequence[Pose], least_softness_px: float = 0.0) -> Estimate:
+        """What there is to say of these hypotheses, with edges taken for at least so soft."""
+        softness = max(self.asked.settings.refinement_scale_px, least_softness_px)
+        asked = replace(self.asked, settings=replace(self.asked.settings, refinement_scale_px=softness))
+        found = _refined(asked, hypotheses, seen.endpoints, self._images.gradients(self._names))
+        self.watch.lap("refinement")
+        return found
 
 
-def _estimated(asked: _Asked, seen: _Seen) -> Estimate:
-    """The pose by these segments."""
-    channels = asked.images.gradients(asked.names)
-    estimate = pose_of_segments(
-        seen.endpoints, channels, asked.model, asked.camera, asked.seed_pose, asked.settings
-    )
-    return _with_seconds_of(estimate, seen.seconds)
+def _looked_at_again(looks: _Looks, fine: _Seen, first: Estimate) -> tuple[Estimate, _Seen]:
+    """The best of what there is to say where the first look has made nothing sure, and by which edges.
+
+    A coarser gradient shows more edges in the dark, and to some poses only more effort leads, at either
+    scale. A pose that one scale has found is asked about at the other, too.
+    """
+    best, by, found = first, fine, [first.pose]
+    coarse = looks.segments(coarse=True)
+    more_edges = coarse.length_px > MORE_IN_COARSE * fine.length_px
+    if more_edges:
+        others = looks.matched(coarse, looks.asked.settings.matching)
+        other = looks.estimated(coarse, _poses(found) + others, COARSE_REFINEMENT_PX)
+        found.append(other.pose)
+        if other.score > best.score:
+            best, by = other, coarse
+    if best.score >= SURE_SCORE or isinstance(looks.asked.seed_pose, Anywhere):
+        return best, by
+    closely = looks.asked.settings.matching.thorough
+    others = [pose for seen in (coarse, fine) for pose in looks.matched(seen, closely)]
+    other = looks.estimated(fine, _poses(found) + others)
+    return (other, fine) if other.score > best.score else (best, by)
 
 
-def _with_seconds_of(estimate: Estimate, spent: Mapping[str, float]) -> Estimate:
-    """The estimate with what else was spent on it, by stage."""
-    stages = {**spent, **estimate.seconds}
-    return replace(
-        estimate, seconds={one: estimate.seconds.get(one, 0.0) + spent.get(one, 0.0) for one in stages}
-    )
+def _poses(found: Sequence[Pose | None]) -> list[Pose]:
+    return [pose for pose in found if pose is not None]
 
 
 def pose_of_segments(
@@ -212,16 +245,22 @@ def pose_of_segments(
         seed_pose = seed_pose if isinstance(seed_pose, Anywhere) else seed_pose.compose(to_middle)
         found = pose_of_segments(endpoints, channels, centred, camera, seed_pose, settings)
         return about_origin(found, to_middle.inverse())
-    watch = _Stopwatch()
-    hypotheses = worth_refining(_matched(endpoints, model, camera, seed_pose, settings))
-    watch.lap("matching")
+    hypotheses = settings.matching.hypotheses(endpoints, model, camera, seed_pose)
+    return _refined(_Asked(model, camera, seed_pose, settings), hypotheses, endpoints, channels)
+
+
+def _refined(
+    asked: _Asked, hypotheses: Sequence[Pose], endpoints: Floats, channels: Sequence[GradientChannel]
+) -> Estimate:
+    """Refine hypotheses on the channels, and judge the best of them beside the others."""
+    model, camera, seed_pose, settings = asked.model, asked.camera, asked.seed_pose, asked.settings
     least = SCALES_PX.index(settings.refinement_scale_px)
     every_line = PoseProblem.at_scale(
         channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m
     )
     problem = fewer_lines(every_line)
-    asked = isinstance(seed_pose, Anywhere) or model.smooth.any()  # nothing else may look quite the same
-    symmetry = symmetry_of(model) if asked else ASYMMETRIC
+    symmetric = isinstance(seed_pose, Anywhere) or model.smooth.any()  # nothing else may look quite the same
+    symmetry = symmetry_of(model) if symmetric else ASYMMETRIC
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
     estimate, last = Estimate(), None
     if isinstance(seed_pose, Anywhere):
@@ -236,7 +275,7 @@ def pose_of_segments(
         searched = in_range_of(seed_pose, camera, settings.search_range)
         beyond = beyond_of(seed_pose, camera, settings.search_range)
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
-        refined = best_first(problem, hypotheses, spin_rad=spin_rad, searched=searched)
+        refined = best_first(problem, hypotheses, len(hypotheses), spin_rad, searched)
         if refined:
             refined = likeliest_first(refined, beyond)
             last = last_step(refined[0])
@@ -247,23 +286,4 @@ def pose_of_segments(
         estimate = replace(estimate, free=estimate.free + unseen)
         if problem is not every_line:
             estimate = of_all_lines(estimate, every_line, last.best.spacing_px)
-    watch.lap("refinement")
-    return replace(estimate, segments=len(endpoints), seconds=watch.seconds)
-
-
-def _matched(
-    ends: Floats, model: Model, camera: Camera, seed_pose: Pose | Anywhere, settings: PipelineSettings
-) -> list[Hypothesis]:
-    if settings.matcher not in MATCHERS:
-        raise BadInput(f"Unknown matcher {settings.matcher!r}.", f"Use {' or '.join(sorted(MATCHERS))}.")
-    ends = ideal_segments(ends, camera)
-    if isinstance(seed_pose, Anywhere):
-        if settings.matcher != PipelineSettings.matcher:
-            raise BadInput(f"The {settings.matcher} matcher needs a seed pose.", "Give one, or use search.")
-        from vision_server.matching.first_sight import match_anywhere  # most sessions have a seed pose
-
-        return match_anywhere(ends, model, camera, seed_pose)
-    matcher = MATCHERS[settings.matcher]
-    if settings.matcher == "genetic":
-        matcher = partial(match_genetic, generations=settings.generations, population=settings.population)
-    return matcher(ends, model, camera, seed_pose, settings.seed, settings.search_range)
+    return replace(estimate, segments=len(endpoints))

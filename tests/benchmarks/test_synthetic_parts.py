@@ -33,6 +33,19 @@ def test_a_part_is_found_however_intricate_and_wherever_its_origin(lines: int, a
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("draw", [(31542, 20), (31542, 36), (31742, 16), (32003, 28), (32004, 40)])
+def test_dense_parts_are_found_that_the_first_look_misses(draw: tuple[int, int]) -> None:
+    seed, number = draw
+    rng = np.random.default_rng((seed, 5000, number))
+    model = Model.of_surface("part", random_part(rng, 5000))
+    true = random_view(rng, model, CAMERA)
+    pixels = rendered(model, CAMERA, true, rng)
+    estimate = estimated(pixels, model, CAMERA, disturbed(true, rng, 25.0, 40.0, CAMERA.fx, model.middle))
+    assert estimate.pose is not None
+    assert estimate.pose.error_to(true).within(0.5, 0.002)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("shape", "segments"),
     [("cylinder", 256), ("cylinder", 1024), ("ring", 256), ("body", 32), ("machined", 96)],

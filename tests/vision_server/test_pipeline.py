@@ -15,7 +15,8 @@ from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_imag
 from vision_server import pipeline
 from vision_server.image_set import ImageSet
 from vision_server.matching import Hypothesis, match_search
-from vision_server.pipeline import MATCHERS, SURE_SCORE, PipelineSettings, estimate_pose
+from vision_server.matching.matchers import MATCHERS
+from vision_server.pipeline import SURE_SCORE, PipelineSettings, estimate_pose
 from vision_server.serve.results import estimate_result
 from vision_server.trust.judgement import Estimate
 from vision_server.trust.probability import confidence, quality
@@ -204,18 +205,30 @@ def test_what_noise_drowns_is_found_at_a_coarser_scale(model: Model) -> None:
         assert found.score > 0.8
 
 
+def test_what_little_effort_misses_is_searched_with_more(
+    model: Model, picture: Floats, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    start = disturbed(POSE, np.random.default_rng(3), 20.0, 20.0, CAMERA.fx)
+    monkeypatch.setitem(MATCHERS, "search", lambda *_: [])
+    assert estimated(photographed(picture), model, start, coarse=False).pose is None
+    found = estimated(photographed(picture), model, start)
+    assert found.pose is not None
+    assert found.pose.error_to(POSE).within(0.3, 0.003)
+    assert found.score >= SURE_SCORE
+
+
 def test_a_clean_image_is_not_looked_at_coarsely(
     model: Model, picture: Floats, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """There a wrong model would look less wrong: it is a tenth too wide."""
     wide = replace(model, vertices=model.vertices * [1.1, 1.0, 1.0])
     seen: list[float] = []
-    estimate_of = pipeline.pose_of_segments
+    estimate_of = pipeline._refined
 
-    def counted(*given: Any) -> Estimate:
-        seen.append(given[-1].refinement_scale_px)
-        return estimate_of(*given)
+    def counted(asked: Any, *given: Any) -> Estimate:
+        seen.append(asked.settings.refinement_scale_px)
+        return estimate_of(asked, *given)
 
-    monkeypatch.setattr(pipeline, "pose_of_segments", counted)
+    monkeypatch.setattr(pipeline, "_refined", counted)
     assert estimated(photographed(picture), wide).score < SURE_SCORE
-    assert seen == [1.0]
+    assert set(seen) == {1.0}
