@@ -93,9 +93,9 @@ def no_outlines(model: Any, camera: Any, pose: Any, samples: Any) -> Any:
     return np.zeros(len(samples.line))
 
 
-def as_meshed(model: Any, pose: Any, seen: Any) -> Any:
+def as_meshed(model: Any, pose: Any, samples: Any, jacobian: Any) -> Any:
     """Every part has its model's facets."""
-    return np.empty((len(seen.samples.line), 0))
+    return np.empty((len(samples.line), 0))
 
 
 ROWS: dict[str, tuple[Patch, ...]] = {
@@ -111,7 +111,7 @@ ROWS: dict[str, tuple[Patch, ...]] = {
     "neighbours' edges not moved back": ((observation, "blended", none_seen),),
     "bends move no edge": ((observation, "drawn_in", unbent),),
     "outlines as other edges": ((observation, "inside_of", no_outlines),),
-    "facets as modelled": ((settling, "motion_of_roundness", as_meshed),),
+    "facets as modelled": ((settling, "beyond_chords", as_meshed),),
     "no spin": ((ranking, "spun", lambda *_: []),),
     "no coarse look": ((pipeline, "MORE_IN_COARSE", math.inf),),
     "no restarts": ((judgement, "astray", lambda *_: None),),

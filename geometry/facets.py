@@ -19,7 +19,7 @@ from geometry.visibility import Samples
 from numerics.arrays import Flags, Floats, Ints
 
 # Chosen by hand.
-MOST_BEND_RAD = math.radians(20.5)  # of eighteen facets a turn: more is a corner
+MOST_BEND_RAD = math.radians(29.9)  # of thirteen facets a turn; twelve make corners, see `mesh.SHARP_DEG`
 ALIKE = 2.5  # facets of one curve are as long, and bent as much, as the next ones, up to such a factor
 IN_ONE_PLANE = math.cos(math.radians(0.02))
 LEAST_BEND_RAD = 1e-4  # less is the rounding of coordinates

@@ -95,8 +95,9 @@ def test_what_has_few_or_unequal_sides_keeps_its_corners() -> None:
     assert (curved.rise != 0.0).any()
 
 
-def test_a_part_of_sixteen_sides_keeps_them(tmp_path: Path) -> None:
-    assert roundness_of(cylinder(tmp_path, 16)) is None
+@pytest.mark.parametrize(("sides", "may_be_round"), [(12, False), (13, True), (16, True)])
+def test_a_part_of_twelve_sides_keeps_them(tmp_path: Path, sides: int, may_be_round: bool) -> None:
+    assert (roundness_of(cylinder(tmp_path, sides)) is not None) == may_be_round
 
 
 def test_straight_sides_beside_a_round_corner_stay_straight() -> None:

@@ -27,6 +27,7 @@ from vision_server.channels.gradients import (
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.pose.association import associate
 from vision_server.pose.blending import Edges, blended
+from vision_server.pose.chords import beyond_chords
 from vision_server.pose.curved_edges import drawn_in, facet_lengths
 from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints, search
 from vision_server.pose.hough import choose, vote
@@ -62,6 +63,9 @@ class PoseProblem:
         How far edges may be off by a tone curve that is still in the images.
     tolerance_m
         How far each line of the part may be off the model's, one sd.
+    roundness
+        Where round parts are looked for: 0 is along the chords of the model, 1 along the curve through their
+        ends.
     """
 
     channels: Sequence[GradientChannel]
@@ -70,6 +74,7 @@ class PoseProblem:
     scale: Ints
     tone_sd_px: float = KNOWN_TONE_SD_PX
     tolerance_m: float = 0.0
+    roundness: float = 0.0
 
     @property
     def filters(self) -> Ints:
@@ -162,6 +167,11 @@ def observe(
     """
     channels, model, camera, filters = problem.channels, problem.model, problem.camera, problem.filters
     lines, samples = len(model.lines), visible_samples(model, camera, pose, spacing_px)
+    centre = turning_point(model, pose)
+    jacobian = step_jacobian(camera, pose.apply(samples.points), samples.normal, centre)
+    if problem.roundness > 0.0:
+        out = problem.roundness * beyond_chords(model, pose, samples, jacobian).sum(axis=1, keepdims=True)
+        samples = samples._replace(image=samples.image + out * samples.normal)
     along, from_end = places_on_lines(samples, GAP_SPACINGS * spacing_px)
     sigma = SIGMAS[problem.scale]
     widest = sigma.max(axis=0) if len(channels) else np.ones(lines)
@@ -179,8 +189,6 @@ def observe(
     for c, channel in enumerate(channels):
         looked = _Looked(c, chosen, sigma, filters, inside)
         _take_chosen(looked, points, channel.frame, channel.tiles, samples, found)
-    centre = turning_point(model, pose)
-    jacobian = step_jacobian(camera, pose.apply(samples.points), normals.normal, centre)
     drawn = drawn_in(samples, facet_lengths(model, camera, pose, samples), sigma, SIGMAS[filters])
     offset, neighbours = found.offset - drawn, np.zeros(shape)
     if pulls:

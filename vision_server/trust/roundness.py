@@ -10,25 +10,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from geometry.facets import beyond_mesh
-from geometry.model import Model
-from geometry.pose import Pose
 from numerics.arrays import Floats
 from vision_server.pose.courses import ROUNDNESS, Courses
-from vision_server.pose.observation import Observation
 
 ROUNDNESS_SD = 1.0  # about none: where nothing tells it, the mesh is taken, and what it may be off is stated
 # By hand: that many nats more for none than for 1 tell a part that has its model's facets. Of pictures of 64
 # facets a turn there are 5 and more, of recorded scenes of smooth parts 2.4 at most.
 FACETS_NATS = 4.0
-
-
-def motion_of_roundness(model: Model, pose: Pose, seen: Observation) -> Floats:
-    """How far lines move along their normals, px per roundness, (N, 1); (N, 0) where nothing is round."""
-    beyond = beyond_mesh(model, pose, seen.samples)
-    if beyond is None:
-        return np.empty((len(seen.samples.line), 0))
-    return np.asarray((seen.jacobian[:, 3:] * (beyond @ pose.matrix.T)).sum(axis=1, keepdims=True))
 
 
 def told_roundness(courses: Courses) -> tuple[Floats, Floats]:
@@ -49,6 +37,11 @@ def has_facets(step: Floats, covariance: Floats) -> bool:
     precision = 1.0 / float(covariance[ROUNDNESS, ROUNDNESS])
     nats = 0.5 * (precision - ROUNDNESS_SD**-2.0) - precision * float(step[ROUNDNESS])
     return bool(nats > FACETS_NATS)
+
+
+def roundness_of(step: Floats) -> float:
+    """What unknowns (K,) say of how round the part is: from 0, as its mesh, to 1, smooth."""
+    return min(max(float(step[ROUNDNESS]), 0.0), 1.0) if len(step) > ROUNDNESS else 0.0
 
 
 def without_roundness(courses: Courses) -> Courses:

@@ -19,6 +19,7 @@ import numpy as np
 from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Floats
+from vision_server.pose.chords import beyond_chords
 from vision_server.pose.courses import BLUR, ROUNDNESS, Courses, courses_of
 from vision_server.pose.covariance import about_camera
 from vision_server.pose.observation import Observation, observe
@@ -26,7 +27,7 @@ from vision_server.pose.refinement import EXACT_REACH_PX, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.trust.probability import LineAgreement
 from vision_server.trust.ranking import Refined
-from vision_server.trust.roundness import has_facets, motion_of_roundness, told_roundness, without_roundness
+from vision_server.trust.roundness import has_facets, roundness_of, told_roundness, without_roundness
 from vision_server.trust.stretch import BETWEEN_AXES, motion_of_strains
 from vision_server.trust.support import support_at
 
@@ -94,7 +95,7 @@ def _one_round(best: Refined, pose: Pose) -> Round | None:
     problem = best.problem
     seen = observe(problem, pose, EXACT_REACH_PX, best.spacing_px)
     strains = motion_of_strains(seen.samples, seen.jacobian, problem.model, pose)[:, :3]
-    rounded = motion_of_roundness(problem.model, pose, seen)
+    rounded = beyond_chords(problem.model, pose, seen.samples, seen.jacobian)
     courses = courses_of(problem, seen, np.hstack([strains @ AXES_OF_BETWEEN, rounded]))
     if not len(courses.share):
         return None
@@ -125,7 +126,7 @@ def settled(best: Refined) -> Settled | None:
         return None
     problem = best.problem
     pose, seen, courses, prior, step, spread = last
-    support = support_at(problem, pose, best.spacing_px)
+    support = support_at(replace(problem, roundness=roundness_of(step)), pose, best.spacing_px)
     if support is None:
         return None
     best = replace(best, solution=replace(best.solution, pose=pose), support=support)
