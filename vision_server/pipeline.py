@@ -41,7 +41,8 @@ SURE_SCORE = 1.0 - 1.0 / 15.0  # from here on a session ends with a pose: domain
 # scale is asked: it tells less of a model that is not true.
 MORE_IN_COARSE = 1.15
 COARSE_REFINEMENT_PX = 4.0  # least softness of edges at the coarse scale, one of SCALES_PX
-IN_DOUBT = 0.5  # ambiguity: from here on a rival is as likely, and a misfit may be that of a wrong pose
+# By hand: a pose with a rival that is as likely, or with less of its lines seen, tells nothing of its model.
+LEAST_AMBIGUOUS, LEAST_SUPPORTED = 0.5, 0.5
 
 
 @dataclass(frozen=True)
@@ -136,11 +137,10 @@ def estimate_pose(
         return about_origin(found, to_middle.inverse())
     looks = _Looks(images, names, _Asked(model, camera, seed_pose, settings))
     seen = looks.segments(coarse=False)
-    best = looks.estimated(seen, looks.matched(seen, settings.matching))
-    suspected = best.misfit is not None and best.misfit.suspected is not None
-    wrong_model = suspected and best.ambiguity < IN_DOUBT
-    if best.score < SURE_SCORE and not wrong_model and settings.coarse:
-        best, seen = _looked_at_again(looks, seen, best)
+    hypotheses = looks.matched(seen, settings.matching)
+    best = looks.estimated(seen, hypotheses)
+    if best.score < SURE_SCORE and not _of_wrong_model(best) and settings.coarse:
+        best, seen = _looked_at_again(looks, seen, hypotheses, best)
     show(seen.edges)
     return replace(best, seconds=looks.watch.seconds)
 
@@ -201,17 +201,27 @@ class _Looks:
         return found
 
 
-def _looked_at_again(looks: _Looks, fine: _Seen, first: Estimate) -> tuple[Estimate, _Seen]:
+def _of_wrong_model(found: Estimate) -> bool:
+    """Whether what was found tells that the target is not as its model."""
+    tells = found.ambiguity < LEAST_AMBIGUOUS and found.supported_fraction >= LEAST_SUPPORTED
+    return tells and found.misfit is not None and found.misfit.suspected is not None
+
+
+def _looked_at_again(
+    looks: _Looks, fine: _Seen, hypotheses: list[Pose], first: Estimate
+) -> tuple[Estimate, _Seen]:
     """The best of what there is to say where the first look has made nothing sure, and by which edges.
 
     A coarser gradient shows more edges in the dark, and to some poses only more effort leads, at either
-    scale. A pose that one scale has found is asked about at the other, too.
+    scale. A pose that one scale has found is asked about at the other, and at last all
+    ``hypotheses`` there were.
     """
     best, by, found = first, fine, [first.pose]
     coarse = looks.segments(coarse=True)
     more_edges = coarse.length_px > MORE_IN_COARSE * fine.length_px
     if more_edges:
         others = looks.matched(coarse, looks.asked.settings.matching)
+        hypotheses = hypotheses + others
         other = looks.estimated(coarse, _poses(found) + others, COARSE_REFINEMENT_PX)
         found.append(other.pose)
         if other.score > best.score:
@@ -220,7 +230,7 @@ def _looked_at_again(looks: _Looks, fine: _Seen, first: Estimate) -> tuple[Estim
         return best, by
     closely = looks.asked.settings.matching.thorough
     others = [pose for seen in (coarse, fine) for pose in looks.matched(seen, closely)]
-    other = looks.estimated(fine, _poses(found) + others)
+    other = looks.estimated(fine, _poses(found) + others + hypotheses)
     return (other, fine) if other.score > best.score else (best, by)
 
 
