@@ -15,7 +15,9 @@ from vision_server.matching.views import Views, longest_straight_m
 
 TOLD_VIEW_DEG = 50.0  # around a direction of view that is told; chosen by hand
 
-SAME_ROTATION_DEG, SAME_TRANSLATION_SHARE = 2.0, 0.01  # of the range: closer poses are one (by hand)
+# By hand: poses that are closer than so many degrees and that share of the range are one hypothesis, or have
+# come to one optimum. Without the latter all that are kept were one of a plate with 76 prisms.
+ONE_HYPOTHESIS, ONE_PLACE = (2.0, 0.01), (0.2, 0.001)
 # Bounds of the shortest segment that is used, this share of the model's typical line in the image; of more
 # than so many the longest are used (by hand: see `long_enough`).
 LEAST_SEGMENT_PX, MOST_SEGMENT_PX, SEGMENT_SHARE, MOST_SEGMENTS = 7.0, 14.0, 0.1, 5000
@@ -199,13 +201,25 @@ def short_enough(segments: Floats, model: Model, camera: Camera, seed_pose: Pose
     return out
 
 
-def distinct(rotations: Floats, translations: Floats, scores: Floats, count: int) -> list[int]:
-    """Indices of the `count` best of poses (N, 3, 3), (N, 3) by scores (N,), none as a better one is."""
+def distinct(
+    rotations: Floats,
+    translations: Floats,
+    scores: Floats,
+    count: int,
+    limits: tuple[float, float] = ONE_HYPOTHESIS,
+) -> list[int]:
+    """Indices of the `count` best of poses (N, 3, 3), (N, 3) by scores (N,), none as a better one is.
+
+    ``limits`` in degrees and as a share of the range.
+    """
     kept: list[int] = []
+    least_trace = 1.0 + 2.0 * np.cos(np.radians(limits[0]))  # of the turn from one to the other
+    flat, near = rotations.reshape(-1, 9), limits[1] * np.linalg.norm(translations, axis=1)
     for i in np.argsort(-scores, kind="stable").tolist():
         if len(kept) == count or scores[i] == -np.inf:
             break
-        if not any(_same(rotations, translations, i, j) for j in kept):
+        apart = np.linalg.norm(translations[kept] - translations[i], axis=1)
+        if not ((flat[kept] @ flat[i] >= least_trace) & (apart <= near[kept])).any():
             kept.append(i)
     return kept
 
@@ -214,11 +228,3 @@ def worth_refining(found: list[Hypothesis]) -> list[Pose]:
     """Those that come near the best one's score; costs (negative scores) are not comparable so far."""
     best = max((one.score for one in found), default=0.0)
     return [one.pose for one in found if best <= 0.0 or one.score >= WORTH_REFINING_SHARE * best]
-
-
-def _same(rotations: Floats, translations: Floats, i: int, j: int) -> bool:
-    cosine = (float(np.sum(rotations[i] * rotations[j])) - 1.0) / 2.0
-    if cosine < np.cos(np.radians(SAME_ROTATION_DEG)):
-        return False
-    apart = float(np.linalg.norm(translations[i] - translations[j]))
-    return apart <= SAME_TRANSLATION_SHARE * float(np.linalg.norm(translations[j]))

@@ -22,6 +22,7 @@ from numerics.kernels import kernel
 from vision_server.matching.draws import even_numbers, in_range, poses_around, reach_m
 from vision_server.matching.icp import SUM, Lookup, Merit, align, align_poses, score_pose, score_poses
 from vision_server.matching.match import (
+    ONE_PLACE,
     Hypothesis,
     Problem,
     SearchRange,
@@ -52,7 +53,7 @@ class Effort:
     draws : poses drawn from the search range and scored roughly.
     screened : the best of these, scored with all samples.
     aligned : the best of these, aligned with the edges from afar.
-    kept : the best of these, aligned to the end.
+    kept : the best of these that have come to different places, aligned to the end.
     finished : the best distinct ones of these, with exact visibility.
     """
 
@@ -121,7 +122,8 @@ def _searched(
     poses = best_of(poses, scores_of(edges, problem, *poses, 0.0, SCREEN_EVERY), effort.screened)
     poses = best_of(poses, scores_of(edges, problem, *poses, 0.0), effort.aligned)
     aligned(edges, problem, *poses, FIRST_REACHES_PX)
-    poses = best_of(poses, scores_within(poses, KEPT_REACHES_PX[0]), effort.kept)
+    kept = distinct(*poses, scores_within(poses, KEPT_REACHES_PX[0]), effort.kept, ONE_PLACE)
+    poses = poses[0][kept], poses[1][kept]
     aligned(edges, problem, *poses, KEPT_REACHES_PX)
     scores = scores_within(poses, FINAL_REACH_PX)
     return finished(edges, model, problem.camera, poses, scores, effort.finished)
