@@ -20,10 +20,10 @@ from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
 from vision_server.edges.edge_map import EdgeMap
 from vision_server.image_set import ImageSet
+from vision_server.matchers import DEFAULT_MATCHER, Matching
 from vision_server.matching import Anywhere, SearchRange
 from vision_server.matching.draws import beyond_of, in_range_of
 from vision_server.matching.match import ideal_segments
-from vision_server.matching.matchers import DEFAULT_MATCHER, Matching
 from vision_server.matching.search import match_near
 from vision_server.pose.observation import PoseProblem
 from vision_server.segments.extraction import extract_segments, extract_with_pieces

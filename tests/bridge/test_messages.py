@@ -12,7 +12,7 @@ from bridge import start_messages as s
 from bridge import vision_messages as v
 from bridge.commands.results import prolog_results
 from tests.bridge.plain_messages import CAMERA, CAPTURED, DESCRIBE, POSE, SETTINGS
-from vision_server.matching.matchers import MATCHERS
+from vision_server.matchers import MATCHERS
 
 START: dict[str, Any] = {"image_server": "ipc:///tmp/i"}
 

@@ -14,8 +14,8 @@ from numerics.arrays import Floats, Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.image_set import ImageSet
+from vision_server.matchers import MATCHERS
 from vision_server.matching import Hypothesis, match_search
-from vision_server.matching.matchers import MATCHERS
 from vision_server.pipeline import SURE_SCORE, PipelineSettings, estimate_pose
 from vision_server.serve.results import estimate_result
 from vision_server.trust.judgement import Estimate

@@ -3,7 +3,7 @@
 `search` is the way around a seed pose: `draws` of poses, scored and aligned with the `nearest_edges` by
 `icp`. `first_sight` is the way without one: `templates` of `looks` at the model from all over the sphere,
 then the same. `views` is what can be seen from each direction, `region` where in a large frame the target can
-be, `match` what every matcher takes and gives, `matchers` which there are.
+be, `match` what every matcher takes and gives.
 """
 
 from vision_server.matching.match import Anywhere, Hypothesis, SearchRange

@@ -7,8 +7,8 @@ from geometry.errors import GeometryError
 from geometry.model import find_target, load_model
 from geometry.pose import Pose, disturbed, search_translation_px
 from tests.vision_server.matching_scenes import CAMERA, segments_of
+from vision_server.matchers import MATCHERS
 from vision_server.matching import SearchRange, match_search
-from vision_server.matching.matchers import MATCHERS
 from vision_server.matching.search import match_near
 
 POSE = Pose(np.array([0.5, 0.4, 0.2]), np.array([0.02, -0.01, 0.9]))

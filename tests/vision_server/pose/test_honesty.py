@@ -13,7 +13,7 @@ from geometry.near_symmetries import near_symmetries
 from geometry.pose import RIGHT, Pose, disturbed
 from numerics.arrays import Floats, Grey
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
-from vision_server.matching.matchers import MATCHERS
+from vision_server.matchers import MATCHERS
 from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.trust.judgement import Estimate
 
