@@ -213,8 +213,7 @@ def _looked_at_again(
     """The best of what there is to say where the first look has made nothing sure, and by which edges.
 
     A coarser gradient shows more edges in the dark, and to some poses only more effort leads, at either
-    scale. A pose that one scale has found is asked about at the other, and at last all
-    ``hypotheses`` there were.
+    scale. A pose that one scale has found is asked about at the other, and at last all ``hypotheses`` are.
     """
     best, by, found = first, fine, [first.pose]
     coarse = looks.segments(coarse=True)

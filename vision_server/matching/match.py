@@ -16,7 +16,7 @@ from vision_server.matching.views import Views, longest_straight_m
 TOLD_VIEW_DEG = 50.0  # around a direction of view that is told; chosen by hand
 
 # By hand: poses that are closer than so many degrees and that share of the range are one hypothesis, or have
-# come to one optimum. Without the latter all that are kept were one of a plate with 76 prisms.
+# come to one place. Without the latter all that were kept were one pose of a plate with 76 prisms.
 ONE_HYPOTHESIS, ONE_PLACE = (2.0, 0.01), (0.2, 0.001)
 # Bounds of the shortest segment that is used, this share of the model's typical line in the image; of more
 # than so many the longest are used (by hand: see `long_enough`).
