@@ -39,7 +39,7 @@ def has_facets(step: Floats, covariance: Floats) -> bool:
     return bool(nats > FACETS_NATS)
 
 
-def roundness_of(step: Floats) -> float:
+def how_round(step: Floats) -> float:
     """What unknowns (K,) say of how round the part is: from 0, as its mesh, to 1, smooth."""
     return min(max(float(step[ROUNDNESS]), 0.0), 1.0) if len(step) > ROUNDNESS else 0.0
 

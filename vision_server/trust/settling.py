@@ -27,7 +27,7 @@ from vision_server.pose.refinement import EXACT_REACH_PX, prior_precision
 from vision_server.pose.steps import moved
 from vision_server.trust.probability import LineAgreement
 from vision_server.trust.ranking import Refined
-from vision_server.trust.roundness import has_facets, roundness_of, told_roundness, without_roundness
+from vision_server.trust.roundness import has_facets, how_round, told_roundness, without_roundness
 from vision_server.trust.stretch import BETWEEN_AXES, motion_of_strains
 from vision_server.trust.support import support_at
 
@@ -126,7 +126,7 @@ def settled(best: Refined) -> Settled | None:
         return None
     problem = best.problem
     pose, seen, courses, prior, step, spread = last
-    support = support_at(replace(problem, roundness=roundness_of(step)), pose, best.spacing_px)
+    support = support_at(replace(problem, roundness=how_round(step)), pose, best.spacing_px)
     if support is None:
         return None
     best = replace(best, solution=replace(best.solution, pose=pose), support=support)
