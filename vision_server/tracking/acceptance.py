@@ -119,11 +119,16 @@ def is_sure(found: Found, rivals: Rivals, stays: bool) -> bool:
     return stays and believed >= STAYS_SURE and is_exact(found.pose, wider * found.covariance)
 
 
-def is_exact(pose: Pose, covariance: Floats) -> bool:
-    """Whether a pose is known, by the covariance (6, 6) of its fit, as exactly as a sure one is."""
+def is_exact(pose: Pose, covariance: Floats, within: tuple[float, float] = EXACT_WITHIN) -> bool:
+    """Whether a pose is known, by the covariance (6, 6) of its fit, as exactly as a sure one is.
+
+    Parameters
+    ----------
+    within : degrees and share of the range.
+    """
     off = np.vstack([np.eye(3, 6), origin_jacobian(pose.translation)])
-    off[:3] /= math.radians(EXACT_WITHIN[0])
-    off[3:] /= EXACT_WITHIN[1] * float(np.linalg.norm(pose.translation))
+    off[:3] /= math.radians(within[0])
+    off[3:] /= within[1] * float(np.linalg.norm(pose.translation))
     spread = off @ covariance @ off.T
     if EXACT_SIGMAS**2 * max(np.trace(spread[:3, :3]), np.trace(spread[3:, 3:])) < 1.0:  # spares the draws
         return True

@@ -34,6 +34,9 @@ CAME_BACK = ONE_BASIN
 # By hand, in units of EXACT_WITHIN: poses are looked for so far aside; what other lines leave open by more,
 # one sd, they say nothing of.
 ASIDE_TIMES, MOST_OPEN_SD = (-1.0, 1.0), 4.0
+# Of other fits the covariance is several times too wide. One that hangs on lines beside narrow faces may have
+# some of them on the wrong edge, and is off by what it states: it has to state what is right.
+HELD_WITHIN = RIGHT
 
 
 def firmest(found: Found, sight: Sight, habits: Habits) -> tuple[Found, bool]:
@@ -41,6 +44,7 @@ def firmest(found: Found, sight: Sight, habits: Habits) -> tuple[Found, bool]:
 
     Where a pose is not exact without the lines beside narrow faces, another is looked for aside, in the
     direction in which other lines tell least; it has to be believed, as print may explain a wrong one better.
+    What is held by the lines beside such faces is clear only where these hold it within HELD_WITHIN.
     """
     second, open_by = -math.inf, 0.0
     for _ in range(MOST_CLIMBS):
@@ -62,7 +66,8 @@ def firmest(found: Found, sight: Sight, habits: Habits) -> tuple[Found, bool]:
             second = max(second, best.evidence)
             break
         second, found = max(second, found.evidence), best
-    return found, open_by < MOST_OPEN_SD and second < found.evidence - RIVAL_NATS
+    held = open_by == 0.0 or is_exact(found.pose, found.covariance, HELD_WITHIN)
+    return found, held and open_by < MOST_OPEN_SD and second < found.evidence - RIVAL_NATS
 
 
 def _weakest(centre: Floats, covariance: Floats) -> tuple[float, Floats]:

@@ -11,18 +11,19 @@ from benchmarks.films import CAMERA as film_camera  # noqa: N811
 from benchmarks.films import film
 from geometry.camera import Camera
 from geometry.model import TARGETS, Model, load_model
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from geometry.rotation import matrix_of
 from numerics.arrays import Floats
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from tests.vision_server.tracking.films import GREYS
 from vision_server.tracking.acceptance import is_exact
-from vision_server.tracking.fitting import Habits
+from vision_server.tracking.fitting import MOST_SEEN_LINES, Habits
 from vision_server.tracking.following import Found, Sight, turned_about
 from vision_server.tracking.frame import Tone
 from vision_server.tracking.narrow import NARROW_PX, firmest, narrow_px2
 
 BEHIND = 0.08  # as dark as what is behind the target
+LEARNT_OFF_PX = 0.1  # what lines of a true model are off, as its frames show
 
 
 def seen_at(*degrees: float) -> Pose:
@@ -93,6 +94,7 @@ def test_the_pose_that_such_an_outline_is_beside_is_found() -> None:
     model, frames = film(80078, "fast", 120)
     shown = next(itertools.islice(frames, 105, None))
     sight, habits = Sight(model, film_camera, Tone.of(1.0, 0.01)), Habits.of(model)
+    habits = habits._replace(off_px2=LEARNT_OFF_PX**2, seen=MOST_SEEN_LINES)
     start = turned_about(shown.pose, model.middle, np.radians([0.0, 3.0, 0.0]))
     found = sight.near(shown.pixels, start, habits)
     assert found is not None
@@ -107,6 +109,19 @@ def test_what_nothing_but_lines_beside_narrow_faces_tells_is_not_clear(model: Mo
     found, same, clear = looked_at(model, pose, front_alone(model, pose), pose)
     assert is_exact(found.pose, found.covariance)
     assert same is found
+    assert not clear
+
+
+def test_what_hangs_on_lines_beside_narrow_faces_is_clear_only_where_these_hold_it_to_what_is_right() -> None:
+    model, frames = film(96018, "fast", 120)
+    shown = next(itertools.islice(frames, 19, None))
+    sight, habits = Sight(model, film_camera, Tone.of(1.0, 0.01)), Habits.of(model)
+    found = sight.near(shown.pixels, shown.pose, habits)
+    assert found is not None
+    same, clear = firmest(found, sight, habits)
+    assert same is found  # nothing else is found aside
+    assert not found.pose.error_to(shown.pose).within(*RIGHT)
+    assert is_exact(found.pose, found.covariance)
     assert not clear
 
 
