@@ -23,8 +23,7 @@ from vision_server.prediction.hidden import brighter_by, foreseen, hidden_places
 from vision_server.prediction.places import Places, Readings
 from vision_server.prediction.prior import Prior
 
-SUNS = (1.0, 6.0, 36.0)  # the sun beside a light: about so many times it;
-DARK_ROOM = 0.03  # or next to nothing, which test images tell: of few others it explains too much
+SUNS = (0.03, 1.0, 6.0, 36.0)  # the sun beside a light: next to nothing, or about so many times it
 STRENGTHS = (0.0, 0.1, 0.22, 0.47, 2.1, 4.6, 10.0)  # of the same sun, times what it was
 SCALES = np.exp(np.linspace(-1.6, 1.6, 9))  # of all brightness, about what the readings say
 NOISES = np.array([1.0, 1.5, 2.2, 3.3, 5.0, 7.5])  # by so much readings may scatter more: wrong tone curves
@@ -91,7 +90,7 @@ def likely_causes(
     readings = readings.last(len(lights))
     if len(lights) < 2:
         return []
-    priors = [Prior(places, sun) for sun in (SUNS if doubted is None else (DARK_ROOM, *SUNS))]
+    priors = [Prior(places, sun) for sun in SUNS]
     sun = np.ones((len(lights), 1))
     usual = range(1 + lights.shape[1])
 

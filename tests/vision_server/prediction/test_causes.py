@@ -47,6 +47,11 @@ def test_in_a_dark_room_a_light_that_is_dead_is_no_sun_that_has_set(model: Model
     assert sure[:3] == ("light_dead", (0,), 1)
 
 
+def test_lights_that_are_turned_down_in_a_dark_room_are_no_sun_that_has_set(model: Model) -> None:
+    images = [taken(model, asked, asked, sun=0.0) for asked in ((1.0, 1.0), (0.0, 0.3))]
+    assert verdict(found(model, images)) == (None, None)
+
+
 def test_beside_a_sun_on_most_places_a_weak_light_that_shows_in_its_shadow_is_not_dead() -> None:
     in_sun = np.arange(16) >= 6
     shape = np.stack([np.ones(16), np.where(in_sun, 1.6, 0.3), np.where(in_sun, 0.3, 1.9)], axis=1)
