@@ -43,7 +43,6 @@ MORE_IN_COARSE = 1.15
 COARSE_REFINEMENT_PX = 4.0  # least softness of edges at the coarse scale, one of SCALES_PX
 # By hand: a pose with a rival that is as likely, or with less of its lines seen, tells nothing of its model.
 LEAST_AMBIGUOUS, LEAST_SUPPORTED = 0.5, 0.5
-LIKELY_SCORE = 0.5  # by hand: a pose that is likelier than not is not looked for with more effort
 
 
 @dataclass(frozen=True)
@@ -213,9 +212,8 @@ def _looked_at_again(
 ) -> tuple[Estimate, _Seen]:
     """The best of what there is to say where the first look has made nothing sure, and by which edges.
 
-    A coarser gradient shows more edges in the dark. A pose that one scale has found is asked about at the
-    other. To some poses only more effort leads, at either scale: where none is likely, and at last all
-    ``hypotheses`` are asked about again.
+    A coarser gradient shows more edges in the dark, and to some poses only more effort leads, at either
+    scale. A pose that one scale has found is asked about at the other, and at last all ``hypotheses`` are.
     """
     best, by, found = first, fine, [first.pose]
     coarse = looks.segments(coarse=True)
@@ -227,7 +225,7 @@ def _looked_at_again(
         found.append(other.pose)
         if other.score > best.score:
             best, by = other, coarse
-    if best.score >= LIKELY_SCORE or isinstance(looks.asked.seed_pose, Anywhere):
+    if best.score >= SURE_SCORE or isinstance(looks.asked.seed_pose, Anywhere):
         return best, by
     closely = looks.asked.settings.matching.thorough
     others = [pose for seen in (coarse, fine) for pose in looks.matched(seen, closely)]
