@@ -61,6 +61,7 @@ def warm_up() -> None:
     from vision_server.kinds.kinds import edge_kinds
     from vision_server.matching import Anywhere
     from vision_server.pipeline import PipelineSettings, estimate_pose
+    from vision_server.prediction.places import faces_seen
     from vision_server.tracking.tracker import Tracker
 
     model, camera, pose, images = _photographed_cube()
@@ -77,6 +78,7 @@ def warm_up() -> None:
             tracker.step(images.images[name].pixels)
     edge_picture(images.edge_map(["sharp", "bright"]))
     images.moved("bright")
+    faces_seen(model, camera, pose)
     channels = [image.statistics for image in images.images.values()]
     edge_kinds(channels)
     assert channels[0].lone_blur_px is not None

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.faces_in_front import faces_in_front
 from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Field, Flags, Floats
@@ -81,10 +82,10 @@ def _shaded(
     across = vertices[:, 1:] / vertices[:, :1]
     low, high = across.min(axis=0), across.max(axis=0)
     scale = (SEEN_PX - 1) / max(float((high - low).max()), 1e-12)
-    nearest = np.full((SEEN_PX, SEEN_PX), -1, dtype=np.int32)
-    corners = np.rint((across - low) * scale).astype(np.int32)
-    for face in np.argsort(-np.linalg.norm(middles - light, axis=1)).tolist():
-        cv2.fillPoly(nearest, [corners[model.faces[face]]], face)
+    nearest = faces_in_front(
+        SEEN_PX, SEEN_PX, (across - low) * scale, 1.0 / vertices[:, 0], model.triangles, model.triangle_face,
+        np.ones(len(model.faces), dtype=np.bool_),
+    )  # fmt: skip
     aside = (points - light) @ axes.T
     column, row = np.clip(
         np.rint((aside[:, 1:] / aside[:, :1] - low) * scale).astype(np.int64), 0, SEEN_PX - 1

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
+from geometry.faces_in_front import faces_in_front
 from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Field, Flags, Floats, Ints
@@ -171,17 +172,14 @@ def faces_seen(model: Model, camera: Camera, pose: Pose) -> NDArray[np.int32]:
     points = pose.apply(model.vertices)
     if (points[:, 2] <= 0.0).any():
         return out
-    corners = np.rint((camera.project(points) + 0.5) / SMALLER - 0.5).astype(np.int32)
+    corners = (camera.project(points) + 0.5) / SMALLER - 0.5
     if not model.faces:
-        cv2.fillConvexPoly(out, cv2.convexHull(corners), 0)
+        cv2.fillConvexPoly(out, cv2.convexHull(np.rint(corners).astype(np.int32)), 0)
         return out
-    depth = np.array([points[polygon].mean(axis=0) @ points[polygon].mean(axis=0) for polygon in model.faces])
-    normals = model.face_normals @ pose.matrix.T
-    for face in np.argsort(-depth).tolist():
-        polygon = model.faces[face]
-        if model.two_sided[face] or normals[face] @ points[polygon[0]] < 0.0:
-            cv2.fillPoly(out, [corners[polygon]], face)
-    return out
+    first = points[[polygon[0] for polygon in model.faces]]
+    shown = model.two_sided | (((model.face_normals @ pose.matrix.T) * first).sum(axis=1) < 0.0)
+    front = faces_in_front(*size, corners, 1.0 / points[:, 2], model.triangles, model.triangle_face, shown)
+    return np.asarray(front)
 
 
 def _spread(seen: Floats, told: Floats, face: NDArray[np.int32]) -> Ints:

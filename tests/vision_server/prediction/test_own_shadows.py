@@ -1,5 +1,7 @@
 """A target as its lights show it: what stands before a light shades what is behind it."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -42,6 +44,23 @@ def test_a_mast_shades_the_plate_on_the_side_away_from_the_light(mast: Model) ->
     assert at(left, 0.09) > 0.1  # beyond the shadow's end
     assert np.allclose(both, left + right)
     assert not dark.any()
+
+
+def test_a_block_at_the_far_end_of_a_plate_is_seen_before_it(tmp_path: Path) -> None:
+    plate = np.array([-0.10, -0.10, -0.01]), np.array([0.10, 0.10, 0.0])
+    block = np.array([-0.03, 0.06, 0.0]), np.array([0.03, 0.10, 0.03])
+    model = boxes(tmp_path, [plate, block])
+    turned = Pose(np.array([2.2, 0.0, 0.0]), np.array([0.0, 0.0, 0.5]))
+    face = faces_seen(model, CAMERA, turned)
+    for point, normal in (
+        ([0.0, 0.08, 0.03], [0, 0, 1]),
+        ([0.0, 0.06, 0.015], [0, -1, 0]),
+        ([0, 0, 0], [0, 0, 1]),
+    ):
+        column, row = CAMERA.project(turned.apply(np.array([point])))[0]
+        front = face[round(row / SMALLER), round(column / SMALLER)]
+        assert model.face_normals[front].tolist() == normal
+        assert abs(normal @ (model.vertices[model.faces[front][0]] - point)) < 1e-9  # that one of them
 
 
 def test_nothing_is_drawn_where_a_light_stands_nobody_knows(mast: Model) -> None:
