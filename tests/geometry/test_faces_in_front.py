@@ -26,7 +26,7 @@ def by_rays(corners: Floats, shown: np.ndarray) -> Ints:
 @pytest.mark.parametrize("seed", range(4))
 def test_at_each_pixel_it_is_the_face_that_a_ray_meets_first(seed: int) -> None:
     vertices, triangles = soup(seed)
-    points = vertices + [0.0, 0.0, 5.0]
+    points = vertices + np.array([0.0, 0.0, 5.0])
     shown = np.random.default_rng(seed).random(len(triangles)) < 0.8
     image = FOCAL * points[:, :2] / points[:, 2:] + [COLUMNS / 2, ROWS / 2]
     faces = np.arange(len(triangles))

@@ -61,7 +61,7 @@ def warm_up() -> None:
     from vision_server.kinds.kinds import edge_kinds
     from vision_server.matching import Anywhere
     from vision_server.pipeline import PipelineSettings, estimate_pose
-    from vision_server.prediction.places import faces_seen
+    from vision_server.prediction.small_pictures import faces_seen
     from vision_server.tracking.tracker import Tracker
 
     model, camera, pose, images = _photographed_cube()

@@ -21,8 +21,9 @@ from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Field, Flags, Floats
 from vision_server.prediction.own_shadows import lit_pictures
-from vision_server.prediction.places import CLIPPED, LEAST_BLUR_PX, SMALLER, faces_seen, shrunk, smaller
+from vision_server.prediction.places import CLIPPED, LEAST_BLUR_PX
 from vision_server.prediction.response import LitImage
+from vision_server.prediction.small_pictures import SMALLER, faces_seen, shrunk, smaller
 
 # Chosen on 42 images without a fault, 42 of an arm and 115 of other light (docs/surprises.md).
 NEW = 0.03  # share of the target with new edges from which on something may be in the way,

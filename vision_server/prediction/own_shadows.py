@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -13,8 +12,8 @@ from geometry.faces_in_front import faces_in_front
 from geometry.model import Model
 from geometry.pose import Pose
 from numerics.arrays import Field, Flags, Floats
-from vision_server.prediction.places import SMALLER
 from vision_server.prediction.response import lambert, towards_camera
+from vision_server.prediction.small_pictures import SMALLER
 
 # Chosen by hand.
 SEEN_PX = 320  # across what a light sees of the target: two and more to a pixel of a smaller image
@@ -39,17 +38,18 @@ def lit_pictures(
         return []
     lit = np.array(lights)
     used = np.flatnonzero(lit.any(axis=0)).tolist()
-    each = _lit_by_each(model, camera, pose, [known[light] for light in used], face)
+    each = lit_by_each(model, camera, pose, [known[light] for light in used], face)
+    most = max((float(picture.max()) for picture in each), default=0.0)
     out = np.zeros((len(lit), *face.shape), dtype=np.float32)
     for light, picture in zip(used, each, strict=True):
-        out += lit[:, light, None, None].astype(np.float32) * picture
+        out += lit[:, light, None, None].astype(np.float32) * (picture / max(most, 1e-12))
     return list(out)
 
 
-def _lit_by_each(
+def lit_by_each(
     model: Model, camera: Camera, pose: Pose, positions: Sequence[Floats], face: NDArray[np.int32]
 ) -> list[Field]:
-    """A picture (H, W) of the target under each light alone, in shares of what all give at most."""
+    """A picture (H, W) of the target under each light alone, up to one factor; arguments as above."""
     at = np.nonzero(face >= 0)
     middles = pose.apply(np.array([model.vertices[polygon].mean(axis=0) for polygon in model.faces]))
     normals = towards_camera(model.face_normals @ pose.matrix.T, middles)
@@ -65,8 +65,7 @@ def _lit_by_each(
         given = given * ~_shaded(model, pose, position, points, middles, normals)
         out.append(np.zeros(face.shape, dtype=np.float32))
         out[-1][at] = given
-    most = max((float(picture.max()) for picture in out), default=0.0)
-    return [np.asarray(picture / max(most, 1e-12)) for picture in out]
+    return out
 
 
 def _shaded(

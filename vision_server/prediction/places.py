@@ -14,15 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from geometry.camera import Camera
-from geometry.faces_in_front import faces_in_front
 from geometry.model import Model
 from geometry.pose import Pose
-from numerics.arrays import Field, Flags, Floats, Ints
-from vision_server.prediction.response import LitImage, lambert, towards_camera
+from numerics.arrays import Flags, Floats, Ints
+from vision_server.prediction.own_shadows import lit_by_each
+from vision_server.prediction.response import LitImage, towards_camera
+from vision_server.prediction.small_pictures import SMALLER, faces_seen, smaller
 
 # Chosen by hand.
-SMALLER = 4  # images are looked at in a fourth of their size,
-LEAST_BLUR_PX = 2.0  # blurred by so much more than the least sharp one
+LEAST_BLUR_PX = 2.0  # images are blurred by so much more than the least sharp one
 MOST_PLACES = 16  # a question takes half as long again with 20
 READING_SHARE, READING_FLOOR = 0.004, 0.001  # standard deviation of a reading: of it, of full scale
 EXPOSED_SHARE = 0.015  # of it, alike in images of one shutter and aperture,
@@ -31,7 +31,6 @@ SAME_BLUR_PX = 0.5  # images of one exposure whose blur differs by less are of o
 OTHER_LIGHTS = 0.8  # correlation of that, where their lights differ
 CLIPPED = 0.93  # brighter pixels say "at least";
 MOST_CLIPPED = 0.005  # a place with this share of them is not read
-OFF_SURFACE = 0.01  # of the way to a light: nearer faces are the place's own
 ON_TARGET = 0.5  # share of what is seen at a place that is of the target
 
 
@@ -154,34 +153,6 @@ def _look(image: LitImage, sigma_px: float) -> tuple[Floats, Floats, Floats]:
     return seen.astype(np.float64), uneven.astype(np.float64), over.astype(np.float64)
 
 
-def shrunk(image: Field) -> Field:
-    """An image (H, W) in a fourth of its size."""
-    small = cv2.resize(image, None, fx=1 / SMALLER, fy=1 / SMALLER, interpolation=cv2.INTER_AREA)
-    return np.asarray(small, dtype=np.float32)
-
-
-def smaller(image: Field, sigma_px: float) -> Field:
-    """An image (H, W) in a fourth of its size, blurred by so many of its own pixels."""
-    return np.asarray(cv2.GaussianBlur(shrunk(image), (0, 0), sigma_px / SMALLER), dtype=np.float32)
-
-
-def faces_seen(model: Model, camera: Camera, pose: Pose) -> NDArray[np.int32]:
-    """The face in front at each place of a smaller image, -1 for none; 0 inside a target without faces."""
-    size = (round(camera.height / SMALLER), round(camera.width / SMALLER))
-    out = np.full(size, -1, dtype=np.int32)
-    points = pose.apply(model.vertices)
-    if (points[:, 2] <= 0.0).any():
-        return out
-    corners = (camera.project(points) + 0.5) / SMALLER - 0.5
-    if not model.faces:
-        cv2.fillConvexPoly(out, cv2.convexHull(np.rint(corners).astype(np.int32)), 0)
-        return out
-    first = points[[polygon[0] for polygon in model.faces]]
-    shown = model.two_sided | (((model.face_normals @ pose.matrix.T) * first).sum(axis=1) < 0.0)
-    front = faces_in_front(*size, corners, 1.0 / points[:, 2], model.triangles, model.triangle_face, shown)
-    return np.asarray(front)
-
-
 def _spread(seen: Floats, told: Floats, face: NDArray[np.int32]) -> Ints:
     """Which places to read, evenly over faces: half of those that most images show, half of the best shown.
 
@@ -195,43 +166,6 @@ def _spread(seen: Floats, told: Floats, face: NDArray[np.int32]) -> Ints:
         at = np.linspace(0, len(order) - 1, min(MOST_PLACES // 2, len(order))).astype(np.int64)
         chosen = np.concatenate([chosen, order[at]])
     return chosen
-
-
-def _points(
-    camera: Camera,
-    at: tuple[Ints, Ints],
-    middles: Floats,
-    normal: Floats,
-    blur_px: float,
-) -> Floats:
-    """Points of the target (5, P, 3) whose light a place shows: at it, and beside it by its blur."""
-    aside = np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1]])[:, None] * blur_px
-    pixels = (np.stack(at[::-1], axis=1) + 0.5) * SMALLER - 0.5 + aside
-    flat = pixels.reshape(-1, 2)
-    straight = (camera.undistort_points(flat) - [camera.cx, camera.cy]) / [camera.fx, camera.fy]
-    rays = np.column_stack([straight, np.ones(len(flat))]).reshape(*pixels.shape[:2], 3)
-    depth = (normal * middles).sum(axis=1) / np.minimum((rays * normal).sum(axis=2), -1e-3)
-    return np.asarray(rays * depth[..., None])
-
-
-def _reached(points: Floats, light: Floats, corners: Floats) -> Floats:
-    """Share (P,) of points (S, P, 3) that triangles (T, 3, 3) do not keep a light (3,) from.
-
-    T. Moeller and B. Trumbore, Fast, minimum storage ray/triangle intersection, 1997.
-    """
-    origin = points.reshape(-1, 1, 3)
-    towards = light - origin
-    one, other = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    across = np.cross(towards, other)
-    scale = (across * one).sum(axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        away = origin - corners[:, 0]
-        u = (away * across).sum(axis=-1) / scale
-        turned = np.cross(away, one)
-        v = (towards * turned).sum(axis=-1) / scale
-        t = (other * turned).sum(axis=-1) / scale
-        hit = (u >= 0.0) & (v >= 0.0) & (u + v <= 1.0) & (t > OFF_SURFACE) & (t < 1.0)
-    return np.asarray(1.0 - hit.any(axis=1).reshape(points.shape[:2]).mean(axis=0))
 
 
 def _described(
@@ -248,17 +182,9 @@ def _described(
     normal = np.zeros((len(at[0]), 3))
     if model.faces:
         middles = pose.apply(np.array([model.vertices[polygon].mean(axis=0) for polygon in model.faces]))
-        normals = towards_camera(model.face_normals @ pose.matrix.T, middles)
-        normal = normals[face[at]]
-        points = _points(camera, at, middles[face[at]], normal, blur_px)
-        lit = [lambert(middles, normals, place) for place in positions if place is not None]
-        unit = float(np.mean([part[face[at]] for part in lit])) if lit and len(at[0]) else 0.0
-        known = np.flatnonzero(located)
-        corners = pose.apply(model.vertices)[model.triangles]
-        for light, part in zip(known.tolist(), lit if unit > 0.0 else (), strict=unit > 0.0):
-            picture = np.where(face >= 0, part[face] / unit, 0.0).astype(np.float32)
-            shape[:, 1 + light] = cv2.GaussianBlur(picture, (0, 0), blur_px / SMALLER)[at]
-            position = positions[light]
-            assert position is not None
-            shape[:, 1 + light] *= _reached(points, position, corners)
+        normal = towards_camera(model.face_normals @ pose.matrix.T, middles)[face[at]]
+        pictures = lit_by_each(model, camera, pose, [place for place in positions if place is not None], face)
+        lit = np.array([cv2.GaussianBlur(picture, (0, 0), blur_px / SMALLER)[at] for picture in pictures])
+        if lit.any():
+            shape[:, 1:][:, located] = (lit / lit.mean()).T
     return Places(np.stack(at, axis=1), normal, shape, located)

@@ -9,7 +9,7 @@ from tests.vision_server.prediction.lit_scenes import ASKED, POSITIONS, found, t
 from tests.vision_server.synthetic import CAMERA, POSE
 from vision_server.prediction.causes import DOUBT_NATS, Cause, likely_causes, verdict
 from vision_server.prediction.hidden import shown_again
-from vision_server.prediction.places import MOST_PLACES, OTHER_LIGHTS, Places, Readings, _reached, read
+from vision_server.prediction.places import MOST_PLACES, OTHER_LIGHTS, Places, Readings, read
 from vision_server.prediction.response import LitImage
 
 
@@ -188,9 +188,3 @@ def test_errors_of_one_exposure_go_together_place_by_place(model: Model) -> None
     same_place = place[image == 0][:, None] == place[image == 1][None]
     assert (other[same_place] > 0.5).all()
     assert (other[~same_place] == 0.0).all()
-
-
-def test_a_triangle_keeps_a_light_from_what_is_behind_it() -> None:
-    triangle = np.array([[[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [0.0, 1.0, 1.0]]])
-    points = np.array([[[0.0, 0.0, 2.0], [3.0, 0.0, 2.0], [0.0, 0.0, 0.5]]])
-    assert _reached(points, np.zeros(3), triangle).tolist() == [0.0, 1.0, 1.0]

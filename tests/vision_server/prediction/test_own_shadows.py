@@ -11,8 +11,8 @@ from numerics.arrays import Field, Floats
 from tests.vision_server.synthetic import CAMERA, boxes
 from vision_server.prediction.new_edges import NEW, NEW_BESIDE_SHADOWS, new_edges
 from vision_server.prediction.own_shadows import lit_pictures
-from vision_server.prediction.places import SMALLER, faces_seen
 from vision_server.prediction.response import LitImage
+from vision_server.prediction.small_pictures import SMALLER, faces_seen
 
 FACING = Pose(np.array([np.pi, 0.0, 0.0]), np.array([0.0, 0.0, 0.5]))  # the target's z towards the camera
 LEFT, RIGHT = np.array([-0.4, 0.0, 0.0]), np.array([0.4, 0.0, 0.0])
