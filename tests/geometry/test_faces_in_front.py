@@ -5,7 +5,7 @@ import pytest
 
 from geometry.faces_in_front import faces_in_front
 from numerics.arrays import Floats, Ints
-from tests.geometry.test_triangle_tree import soup
+from tests.geometry.triangles import soup
 
 ROWS, COLUMNS, FOCAL = 48, 64, 60.0
 
