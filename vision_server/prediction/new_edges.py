@@ -16,14 +16,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.camera import Camera
-from geometry.model import Model
-from geometry.pose import Pose
 from numerics.arrays import Field, Flags, Floats
-from vision_server.prediction.own_shadows import lit_pictures
+from vision_server.prediction.lit_target import LitTarget
 from vision_server.prediction.places import CLIPPED, LEAST_BLUR_PX
 from vision_server.prediction.response import LitImage
-from vision_server.prediction.small_pictures import SMALLER, faces_seen, shrunk, smaller
+from vision_server.prediction.small_pictures import SMALLER, shrunk, smaller
 
 # Chosen on 42 images without a fault, 42 of an arm and 115 of other light (docs/surprises.md).
 NEW = 0.03  # share of the target with new edges from which on something may be in the way,
@@ -37,30 +34,23 @@ RIDGE = 0.02  # share of an image's squared gradient that is not to be relied on
 CLIPPED_AROUND, MOST_CLIPPED = 5, 0.02  # smaller pixels about one of which so much is clipped are not read
 
 
-def new_edges(
-    model: Model,
-    camera: Camera,
-    pose: Pose,
-    images: Sequence[LitImage],
-    positions: Sequence[Floats | None] = (),
-) -> float:
+def new_edges(target: LitTarget, images: Sequence[LitImage]) -> float:
     """Share of the target at which the last of images shows edges that none before (one at least) has.
 
-    The model is drawn twice, in greys of its faces, so that its edges may come to anything. Where the
-    positions (3,) m, camera frame, of all lights are known it is drawn once so, and for each image as its
-    lights should show it: with the shadows that it casts on itself. Then fewer new edges tell.
+    The model is drawn twice, in greys of its faces, so that its edges may come to anything. Where all lights
+    are located it is drawn once so, and for each image as its lights should show it: with the shadows that it
+    casts on itself. Then fewer new edges tell.
     """
     common = max(image.blur_px for image in images) + LEAST_BLUR_PX
     looks = [smaller(image.linear, math.sqrt(common**2 - image.blur_px**2)) for image in images]
-    face = faces_seen(model, camera, pose)
-    region = face >= 0
+    region = target.face >= 0
     read = cv2.dilate(region.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     *before, last = (_clipped(image) for image in images)
     read &= ~last & ~np.all(before, axis=0)
     if not read.any():
         return 0.0
-    drawn = lit_pictures(model, camera, pose, positions, [image.lights for image in images], face)
-    drawn += [_drawn(face, greys) for greys in (GREYS[:1] if drawn else GREYS)]
+    drawn = target.under([image.lights for image in images])
+    drawn += [_drawn(target.face, greys) for greys in (GREYS[:1] if drawn else GREYS)]
     looks[:0] = [np.asarray(cv2.GaussianBlur(one, (0, 0), common / SMALLER)) for one in drawn]
     edges = np.stack([_gradients(look) for look in looks])  # (K, 2, H, W) at each image's own exposure
     between = np.empty((len(edges), len(edges), int(read.sum())))

@@ -13,13 +13,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from geometry.camera import Camera
-from geometry.model import Model
-from geometry.pose import Pose
 from numerics.arrays import Flags, Floats, Ints
-from vision_server.prediction.own_shadows import lit_by_each
-from vision_server.prediction.response import LitImage, towards_camera
-from vision_server.prediction.small_pictures import SMALLER, faces_seen, smaller
+from vision_server.prediction.lit_target import LitTarget
+from vision_server.prediction.response import LitImage
+from vision_server.prediction.small_pictures import SMALLER, smaller
 
 # Chosen by hand.
 LEAST_BLUR_PX = 2.0  # images are blurred by so much more than the least sharp one
@@ -100,16 +97,11 @@ class Readings(NamedTuple):
         return np.asarray(both + np.diag(1.0 - root**2))
 
 
-def read(
-    model: Model, camera: Camera, pose: Pose, positions: Sequence[Floats | None], images: Sequence[LitImage]
-) -> tuple[Places, Readings]:
-    """Places, perhaps none, that images show well, and what the images, not none, show there.
-
-    ``positions`` are (3,) m in the camera's frame, or None where one is not known.
-    """
+def read(target: LitTarget, images: Sequence[LitImage]) -> tuple[Places, Readings]:
+    """Places, perhaps none, that images show well, and what the images, not none, show there."""
     blur = np.array([image.blur_px for image in images])
     common = float(blur.max()) + LEAST_BLUR_PX
-    face = faces_seen(model, camera, pose)
+    face = target.face
     inside = cv2.GaussianBlur((face >= 0).astype(np.float32), (0, 0), common / SMALLER)
     rows, columns = np.nonzero((face >= 0) & (inside > ON_TARGET))
     looks = [
@@ -121,7 +113,7 @@ def read(
     known = clipped <= MOST_CLIPPED
     chosen = _spread(known.sum(axis=0), (known * (value / sd) ** 2).sum(axis=0), face[rows, columns])
     exposure = np.array([image.exposure for image in images])[:, None]
-    places = _described(model, camera, pose, positions, face, (rows[chosen], columns[chosen]), common)
+    places = _described(target, (rows[chosen], columns[chosen]), common)
     value, sd, own, known = value[:, chosen], sd[:, chosen], own[:, chosen], known[:, chosen]
     value, sd, shared = value / exposure, sd / exposure, 1.0 - own / sd**2
     least = np.where(known, 0.0, value)
@@ -168,23 +160,11 @@ def _spread(seen: Floats, told: Floats, face: NDArray[np.int32]) -> Ints:
     return chosen
 
 
-def _described(
-    model: Model,
-    camera: Camera,
-    pose: Pose,
-    positions: Sequence[Floats | None],
-    face: NDArray[np.int32],
-    at: tuple[Ints, Ints],
-    blur_px: float,
-) -> Places:
-    located = np.array([place is not None and bool(model.faces) for place in positions], dtype=np.bool_)
-    shape = np.ones((len(at[0]), 1 + len(positions)))
-    normal = np.zeros((len(at[0]), 3))
-    if model.faces:
-        middles = pose.apply(np.array([model.vertices[polygon].mean(axis=0) for polygon in model.faces]))
-        normal = towards_camera(model.face_normals @ pose.matrix.T, middles)[face[at]]
-        pictures = lit_by_each(model, camera, pose, [place for place in positions if place is not None], face)
-        lit = np.array([cv2.GaussianBlur(picture, (0, 0), blur_px / SMALLER)[at] for picture in pictures])
-        if lit.any():
-            shape[:, 1:][:, located] = (lit / lit.mean()).T
+def _described(target: LitTarget, at: tuple[Ints, Ints], blur_px: float) -> Places:
+    located = target.located
+    shape = np.ones((len(at[0]), 1 + len(located)))
+    normal = target.normals[target.face[at]] if target.model.faces else np.zeros((len(at[0]), 3))
+    lit = np.array([cv2.GaussianBlur(one, (0, 0), blur_px / SMALLER)[at] for one in target.by_each])
+    if lit.any():
+        shape[:, 1:][:, located] = (lit / lit.mean()).T
     return Places(np.stack(at, axis=1), normal, shape, located)

@@ -15,6 +15,7 @@ from geometry.pose import Pose
 from numerics.arrays import Floats
 from vision_server.pose.observation import PoseProblem
 from vision_server.prediction.causes import DOUBT_NATS, MOST_IMAGES, Cause, likely_causes, verdict
+from vision_server.prediction.lit_target import LitTarget
 from vision_server.prediction.new_edges import NEW, NEW_BESIDE_SHADOWS, new_edges
 from vision_server.prediction.places import read
 from vision_server.prediction.repeated import Difference, difference, flicker
@@ -63,10 +64,11 @@ def _judged(task: PoseTask, images: Sequence[str]) -> tuple[Cause | None, Cause 
         return Cause("in_the_way", (), since, np.inf, tested=True), None
     if task.expected is None and not relit:
         return None, None
-    new = None if relit or pose is None else something_new(task, images, pose)
+    target = None if pose is None else LitTarget(task.model, task.camera, pose, _positions(task))
+    new = None if relit or target is None else something_new(task, images, target)
     if new is not None:
         return None, new
-    weighed = [] if pose is None else causes(task, images, pose, relit, flickers)
+    weighed = [] if target is None else causes(task, images, target, relit, flickers)
     sure, doubt = verdict(weighed)
     if relit and sure is None and doubt is None:
         doubt = next(iter(weighed), Cause("sun_changed", (), since, DOUBT_NATS))
@@ -80,7 +82,7 @@ def target_moved(task: PoseTask, image: str, pose: Pose) -> bool:
 
 
 def causes(
-    task: PoseTask, images: Sequence[str], pose: Pose, relit: bool, flickers: Mapping[str, float]
+    task: PoseTask, images: Sequence[str], target: LitTarget, relit: bool, flickers: Mapping[str, float]
 ) -> list[Cause]:
     """What may have happened before the last of these images of one scene.
 
@@ -91,7 +93,7 @@ def causes(
         replace(one, exposure=one.exposure * flickers.get(image, 1.0))
         for image, one in zip(images, lit, strict=True)
     ]
-    places, readings = read(task.model, task.camera, pose, _positions(task), shown)
+    places, readings = read(target, shown)
     doubted = images.index(task.doubted) if task.doubted in images else None
     found = likely_causes(places, readings, taken.lights, doubted)
     if not relit:
@@ -129,15 +131,13 @@ def repetitions(
     return differ, flickers
 
 
-def something_new(task: PoseTask, images: Sequence[str], pose: Pose) -> Cause | None:
+def something_new(task: PoseTask, images: Sequence[str], target: LitTarget) -> Cause | None:
     """What the last of these images may show in front, where nothing is doubted yet and others tell of it."""
     if task.doubted in images or len(images) < 2:
         return None
     _, shown = lit_images(task, images[-MOST_IMAGES:])
-    positions = _positions(task)
-    drawn = bool(task.model.faces) and all(position is not None for position in positions)
-    least = NEW_BESIDE_SHADOWS if drawn and positions else NEW
-    if new_edges(task.model, task.camera, pose, shown, positions) < least:
+    drawn = len(target.positions) > 0 and bool(target.located.all())
+    if new_edges(target, shown) < (NEW_BESIDE_SHADOWS if drawn else NEW):
         return None
     return Cause("in_the_way", (), len(images) - 1, DOUBT_NATS)
 

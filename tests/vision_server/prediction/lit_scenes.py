@@ -6,6 +6,7 @@ from geometry.model import Model
 from numerics.arrays import Floats
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture
 from vision_server.prediction.causes import Cause, likely_causes
+from vision_server.prediction.lit_target import LitTarget
 from vision_server.prediction.places import read
 from vision_server.prediction.response import LitImage
 
@@ -49,7 +50,7 @@ def taken(
 def found(
     model: Model, images: list[LitImage], positions: list[Floats | None] | None = None
 ) -> list[Cause]:
-    places, readings = read(model, CAMERA, POSE, positions or list(POSITIONS), images)
+    places, readings = read(LitTarget(model, CAMERA, POSE, positions or POSITIONS), images)
     return likely_causes(places, readings, np.array([image.lights for image in images]))
 
 

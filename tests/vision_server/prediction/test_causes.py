@@ -9,6 +9,7 @@ from tests.vision_server.prediction.lit_scenes import ASKED, POSITIONS, found, t
 from tests.vision_server.synthetic import CAMERA, POSE
 from vision_server.prediction.causes import DOUBT_NATS, Cause, likely_causes, verdict
 from vision_server.prediction.hidden import shown_again
+from vision_server.prediction.lit_target import LitTarget
 from vision_server.prediction.places import MOST_PLACES, OTHER_LIGHTS, Places, Readings, read
 from vision_server.prediction.response import LitImage
 
@@ -41,7 +42,7 @@ def test_in_a_dark_room_a_light_that_is_dead_is_no_sun_that_has_set(model: Model
     asked = (1.0, 1.0), (1.0, 1.0), (0.0, 1.0), (1.0, 0.0)
     given = (1.0, 1.0), (0.0, 1.0), (0.0, 1.0), (0.0, 0.0)
     images = [taken(model, one, other, sun=0.0) for one, other in zip(asked, given, strict=True)]
-    places, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    places, readings = read(LitTarget(model, CAMERA, POSE, POSITIONS), images)
     sure, _ = verdict(likely_causes(places, readings, np.array(asked), doubted=1))
     assert sure is not None
     assert sure[:3] == ("light_dead", (0,), 1)
@@ -84,7 +85,7 @@ def test_where_lights_are_not_known_to_be_nothing_is_named_either(model: Model) 
 def test_few_images_look_back_to_where_something_was_doubted(model: Model) -> None:
     images = [taken(model, asked, asked) for asked in ASKED]
     images += [taken(model, asked, (0.0, asked[1])) for asked in ((1.0, 0.8), (0.6, 0.2), (0.8, 0.3))]
-    places, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    places, readings = read(LitTarget(model, CAMERA, POSE, POSITIONS), images)
     lights = np.array([image.lights for image in images])
     assert min(cause.since for cause in likely_causes(places, readings, lights)) == 5
     causes = likely_causes(places, readings, lights, doubted=4)
@@ -124,7 +125,7 @@ def test_what_is_hidden_and_was_saturated_has_to_be_so_no_more(after: float) -> 
 
 def test_images_that_are_saturated_say_nothing(model: Model) -> None:
     images = [taken(model, (1.0, 1.0), (9.0, 9.0), sun=9.0) for _ in range(2)]
-    places, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    places, readings = read(LitTarget(model, CAMERA, POSE, POSITIONS), images)
     assert not readings.known.any()
     assert likely_causes(places, readings, np.ones((2, 2))) == []
 
@@ -138,7 +139,7 @@ def test_light_adds_up_at_every_place_of_images_that_are_not_equally_sharp(
         image = taken(model, lights, lights, sun=0.0)
         sharp = np.asarray(cv2.GaussianBlur(image.linear, (0, 0), blur), dtype=np.float32)
         images.append(LitImage(sharp, image.exposure, image.lights, blur))
-    places, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    places, readings = read(LitTarget(model, CAMERA, POSE, POSITIONS), images)
     assert places.at.shape == (MOST_PLACES, 2)
     np.testing.assert_allclose(readings.value[1], 0.5 * readings.value[0], rtol=0.05, atol=0.01)
 
@@ -177,7 +178,7 @@ def test_an_image_that_is_clipped_and_was_to_be_dark_is_doubted(model: Model) ->
 def test_errors_of_one_exposure_go_together_place_by_place(model: Model) -> None:
     images = [taken(model, asked, asked) for asked in ((1.0, 1.0), (1.0, 1.0), (0.3, 1.0))]
     images.append(LitImage(images[0].linear, 0.25, images[0].lights, 0.7))
-    _, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    _, readings = read(LitTarget(model, CAMERA, POSE, POSITIONS), images)
     assert readings.alike[0].tolist() == [1.0, 1.0, OTHER_LIGHTS, 0.0]
     use = np.flatnonzero(readings.known)
     correlation = readings.correlation(use)

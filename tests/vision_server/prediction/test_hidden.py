@@ -7,6 +7,7 @@ from tests.vision_server.prediction.lit_scenes import ASKED, POSITIONS, behind_a
 from tests.vision_server.synthetic import CAMERA, POSE
 from vision_server.prediction.causes import SUNS, verdict
 from vision_server.prediction.hidden import MOST_HIDDEN, hidden_places, log_of_hidden
+from vision_server.prediction.lit_target import LitTarget
 from vision_server.prediction.places import read
 from vision_server.prediction.prior import Prior
 
@@ -32,7 +33,7 @@ def test_another_sun_is_nothing_in_the_way(model: Model) -> None:
 def test_the_places_behind_it_are_found_and_no_others(model: Model) -> None:
     images = [taken(model, asked, asked) for asked in (*ASKED, ASKED[0])]
     images[-1] = behind_arm(images[-1])
-    places, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    places, readings = read(LitTarget(model, CAMERA, POSE, POSITIONS), images)
     inputs = np.array([[1.0, *image.lights] for image in images])
     hidden = hidden_places([Prior(places, sun) for sun in SUNS], readings, inputs, len(images) - 1)
     change = np.abs(readings.value[-1] / readings.value[0] - 1.0)
@@ -44,7 +45,7 @@ def test_the_places_behind_it_are_found_and_no_others(model: Model) -> None:
 
 def test_each_hidden_place_costs(model: Model) -> None:
     images = [taken(model, asked, asked) for asked in ASKED]
-    _, readings = read(model, CAMERA, POSE, list(POSITIONS), images)
+    _, readings = read(LitTarget(model, CAMERA, POSE, POSITIONS), images)
     one, two = np.zeros((2, *readings.known.shape), dtype=bool)
     one[-1, 0] = two[-1, :2] = True
     assert log_of_hidden(readings, two) < log_of_hidden(readings, one) < 0.0

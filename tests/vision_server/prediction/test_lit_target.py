@@ -7,10 +7,10 @@ import pytest
 
 from geometry.model import Model
 from geometry.pose import Pose
-from numerics.arrays import Field, Floats
+from numerics.arrays import Field
 from tests.vision_server.synthetic import CAMERA, boxes
+from vision_server.prediction.lit_target import LitTarget
 from vision_server.prediction.new_edges import NEW, NEW_BESIDE_SHADOWS, new_edges
-from vision_server.prediction.own_shadows import lit_pictures
 from vision_server.prediction.response import LitImage
 from vision_server.prediction.small_pictures import SMALLER, faces_seen
 
@@ -27,8 +27,7 @@ def mast(tmp_path_factory: pytest.TempPathFactory) -> Model:
 
 
 def pictures(model: Model, lights: list[tuple[float, float]]) -> list[Field]:
-    face = faces_seen(model, CAMERA, FACING)
-    return lit_pictures(model, CAMERA, FACING, [LEFT, RIGHT], [np.array(row) for row in lights], face)
+    return LitTarget(model, CAMERA, FACING, [LEFT, RIGHT]).under([np.array(row) for row in lights])
 
 
 def at(picture: Field, x_m: float) -> float:
@@ -64,9 +63,8 @@ def test_a_block_at_the_far_end_of_a_plate_is_seen_before_it(tmp_path: Path) -> 
 
 
 def test_nothing_is_drawn_where_a_light_stands_nobody_knows(mast: Model) -> None:
-    face = faces_seen(mast, CAMERA, FACING)
-    assert lit_pictures(mast, CAMERA, FACING, [LEFT, None], [np.ones(2)], face) == []
-    assert lit_pictures(mast, CAMERA, FACING, [], [np.ones(0)], face) == []
+    assert LitTarget(mast, CAMERA, FACING, [LEFT, None]).under([np.ones(2)]) == []
+    assert LitTarget(mast, CAMERA, FACING).under([np.ones(0)]) == []
 
 
 def photographed(model: Model, lights: tuple[float, float], arm: bool = False) -> LitImage:
@@ -80,8 +78,8 @@ def photographed(model: Model, lights: tuple[float, float], arm: bool = False) -
 
 def test_the_edges_of_the_own_shadow_of_a_light_not_seen_before_are_not_new(mast: Model) -> None:
     before, after = photographed(mast, (0.0, 1.0)), photographed(mast, (1.0, 0.0))
-    places: list[Floats | None] = [LEFT, RIGHT]
-    assert new_edges(mast, CAMERA, FACING, [before, after]) > NEW
-    assert new_edges(mast, CAMERA, FACING, [before, after], places) < 0.5 * NEW_BESIDE_SHADOWS
+    assert new_edges(LitTarget(mast, CAMERA, FACING), [before, after]) > NEW
+    target = LitTarget(mast, CAMERA, FACING, [LEFT, RIGHT])
+    assert new_edges(target, [before, after]) < 0.5 * NEW_BESIDE_SHADOWS
     behind = photographed(mast, (1.0, 0.0), arm=True)
-    assert new_edges(mast, CAMERA, FACING, [before, behind], places) > 2.0 * NEW_BESIDE_SHADOWS
+    assert new_edges(target, [before, behind]) > 2.0 * NEW_BESIDE_SHADOWS
