@@ -91,7 +91,7 @@ def test_poses_without_the_last_step_are_held_to_gain_as_much(
 def test_nothing_speaks_against_a_turn_where_there_is_no_seed_pose(
     right: Refined, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(rivals, "turned", lambda best, _searched: [(best.pose.compose(HALF), best.support)])
+    monkeypatch.setattr(rivals, "turned", lambda best: [(best.pose.compose(HALF), best.support)])
     found = likely_of([right], ASYMMETRIC)
     assert [(one.nats, one.turned) for one in rivals_at_first_sight(found, ASYMMETRIC)] == [(0.0, True)]
     assert rivals_at_first_sight(found, TWO_SIDES) == []

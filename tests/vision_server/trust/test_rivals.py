@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from geometry.model import Model
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from geometry.rotation import matrix_of
 from geometry.symmetries import ASYMMETRIC
 from tests.vision_server.refined_poses import channels_of
@@ -16,7 +16,7 @@ from vision_server.matching.match import SearchRange
 from vision_server.pose.observation import PoseProblem
 from vision_server.trust import rivals
 from vision_server.trust.ranking import Refined, best_first, nowhere
-from vision_server.trust.rivals import BEYOND_NATS, likeliest_first, nats_against, rivals_of
+from vision_server.trust.rivals import BEYOND_NATS, TURNED_NATS, likeliest_first, nats_against, rivals_of
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 
@@ -107,3 +107,19 @@ def test_a_pose_that_a_near_symmetry_leads_to_is_the_first_one_turned(
     found = [best, at(best, turned_by(POSE, 5.0)), at(best, best.pose.compose(turn))]
     told = rivals_of(found, ASYMMETRIC, lambda _: True, lambda _: 0.0)
     assert [one.turned for one in told] == [False, True]
+
+
+def test_a_turn_counts_by_what_it_explains_where_it_is_turned_exactly(
+    best: Refined, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Refined by itself it may explain less, by chance, though the same lines are seen."""
+    turn = Pose.turn_about(best.problem.model.middle, matrix_of(np.array([0.0, 0.0, np.pi])))
+    monkeypatch.setattr(rivals, "near_symmetries", lambda _: (turn,))
+    some = best.support.supports & (np.arange(len(best.support.distance)) % 3 > 0)
+    less = replace(best.support, supports=some)
+    assert less.evidence < best.support.evidence - 10.0
+    other = replace(at(best, best.pose.compose(turn)), support=less)
+    for inside, nats in (True, 0.0), (False, -TURNED_NATS):
+        told = rivals_of([best, other], ASYMMETRIC, lambda _, inside=inside: inside, lambda _: 0.0)
+        of_turn = [one.nats for one in told if other.ends_at(one.pose, RIGHT)]
+        assert of_turn == pytest.approx([nats], abs=1.0)
