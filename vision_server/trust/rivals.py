@@ -84,14 +84,12 @@ def rivals_of(
             distinct.append(one)
     own = best.support.evidence - nats_against(beyond(best.pose))
     turns = _turns_of(best)
-    out = [
-        RivalPose(pose, support.evidence - (0.0 if searched(pose) else TURNED_NATS) - own, True)
-        for pose, support in turned(best)
-    ]
-    out += [
-        RivalPose(pose, support.evidence - nats_against(beyond(pose)) - own, True)
-        for pose, support in turned_round(best)
-    ]
+    out = []
+    for pose, support in turned(best):
+        against = nats_against(beyond(pose)) if searched(pose) else TURNED_NATS
+        out.append(RivalPose(pose, support.evidence - against - own, True))
+    for pose, support in turned_round(best):
+        out.append(RivalPose(pose, support.evidence - nats_against(beyond(pose)) - own, True))
     problem = best.problem
     elsewhere = apart(problem.model, problem.camera, [one.pose for one in distinct])[0]
     for one, far in zip(distinct[1:], elsewhere[1:], strict=True):
