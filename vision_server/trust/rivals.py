@@ -14,6 +14,7 @@ from vision_server.trust.likely import Likely
 from vision_server.trust.places import apart, as_rival
 from vision_server.trust.ranking import COARSE_LACK_NATS, COARSENING, Refined
 from vision_server.trust.support import PoseSupport, support_at
+from vision_server.trust.told_apart import evidence_apart
 
 ONE_RIVAL_WITHIN = (2.0, 0.01)  # degrees, share of the range: two refined poses are one (by hand)
 # By hand: nats that a target is off its seed pose by no more than this part of the range's margin.
@@ -82,24 +83,30 @@ def rivals_of(
     for one in found[1:]:
         if not any(better.ends_at(one.pose, ONE_RIVAL_WITHIN) for better in distinct):
             distinct.append(one)
-    own = best.support.evidence - nats_against(beyond(best.pose))
+    against_best = nats_against(beyond(best.pose))
+
+    def turn(pose: Pose, support: PoseSupport, against: float) -> RivalPose:
+        return RivalPose(pose, evidence_apart(support, best.support) - against + against_best, True)
+
+    def of_turn(pose: Pose) -> float:
+        return nats_against(beyond(pose)) if searched(pose) else TURNED_NATS
+
     turns = _turns_of(best)
-    out = []
-    for pose, support in turned(best):
-        against = nats_against(beyond(pose)) if searched(pose) else TURNED_NATS
-        out.append(RivalPose(pose, support.evidence - against - own, True))
-    for pose, support in turned_round(best):
-        out.append(RivalPose(pose, support.evidence - nats_against(beyond(pose)) - own, True))
+    out = [turn(pose, support, of_turn(pose)) for pose, support in turned(best)]
+    out += [turn(pose, support, nats_against(beyond(pose))) for pose, support in turned_round(best)]
     problem = best.problem
     elsewhere = apart(problem.model, problem.camera, [one.pose for one in distinct])[0]
     for one, far in zip(distinct[1:], elsewhere[1:], strict=True):
-        if not image_of(one.pose, best.pose, symmetry):
+        if image_of(one.pose, best.pose, symmetry):
+            continue
+        if not any(one.ends_at(pose, ONE_RIVAL_WITHIN) for pose in turns):
             nats = as_rival(one.support.evidence, bool(far)) - nats_against(beyond(one.pose))
-            is_turn = any(one.ends_at(turn, ONE_RIVAL_WITHIN) for turn in turns)
-            less = [rival for rival in out if is_turn and one.ends_at(rival.pose, ONE_RIVAL_WITHIN)]
-            if all(rival.nats < nats - own for rival in less):
-                out = [rival for rival in out if rival not in less]
-                out.append(RivalPose(one.pose, nats - own, is_turn))
+            out.append(RivalPose(one.pose, nats - best.support.evidence + against_best))
+            continue
+        rival = turn(one.pose, one.support, of_turn(one.pose))
+        exact = [known for known in out if one.ends_at(known.pose, ONE_RIVAL_WITHIN)]
+        if all(known.nats < rival.nats for known in exact):
+            out = [*(known for known in out if known not in exact), rival]
     return out
 
 
@@ -110,10 +117,11 @@ def rivals_at_first_sight(likely: Sequence[Likely], symmetry: Symmetry) -> list[
     poses after the last step.
     """
     first, found = likely[0], []
-    best, own = first.refined, first.refined.support.evidence_together
+    best = first.refined
     for pose, support in (*turned(best), *turned_round(best)):
         if not image_of(pose, best.pose, symmetry):
-            found.append(RivalPose(pose, support.evidence_together - own, True))
+            nats = evidence_apart(support, best.support, together=True)
+            found.append(RivalPose(pose, nats, True))
     turns, problem = _turns_of(best), best.problem
     poses = [one.last.best.pose for one in likely]
     elsewhere = apart(problem.model, problem.camera, poses)[0]
@@ -126,10 +134,9 @@ def rivals_at_first_sight(likely: Sequence[Likely], symmetry: Symmetry) -> list[
 def turned(best: Refined) -> list[tuple[Pose, PoseSupport]]:
     """Turns of a nearly symmetric target which explain the images nearly as well as ``best``, or better.
 
-    Also those within the search range, which `best_first` has looked at: refined by itself, one at which the
-    same lines are seen has explained 9 nats less than where it is turned exactly. A seed pose that is turned
-    wrongly leads to a pose that fits most lines; the others tell. Where no image shows these, turns explain
-    as much but for what chance does, and the seed pose is believed by TURNED_NATS.
+    Also those within the search range, which `best_first` has looked at. A seed pose that is turned wrongly
+    leads to a pose that fits most lines; the others tell. Where no image shows these, turns explain as much,
+    and the seed pose is believed by TURNED_NATS.
     """
     return list(_nearly_as_likely(best, _turns_of(best)))
 
@@ -150,20 +157,17 @@ def turned_round(best: Refined) -> list[tuple[Pose, PoseSupport]]:
         poses = [best.pose.compose(turn) for turn in turns]
         alike = list(_nearly_as_likely(best, poses))
         if alike:
-            found.append(max(alike, key=lambda one: one[1].evidence))
+            found.append(max(alike, key=lambda one: evidence_apart(one[1], best.support)))
     return found
 
 
 def _nearly_as_likely(best: Refined, poses: Sequence[Pose]) -> Iterator[tuple[Pose, PoseSupport]]:
     """Those of some poses, with their support, that explain RIVAL_LACK_NATS less than the best at most."""
-    slacks = ((COARSENING, COARSE_LACK_NATS + RIVAL_LACK_NATS), (1.0, RIVAL_LACK_NATS))
-    least = [(coarser * best.spacing_px, best.support.evidence - slack) for coarser, slack in slacks]
+    least = best.support.evidence - COARSE_LACK_NATS - RIVAL_LACK_NATS
     for pose in poses:
-        support = None
-        for spacing_px, nats in least:
-            support = support_at(best.problem, pose, spacing_px)
-            if support is None or support.evidence <= nats:
-                break
-        else:
-            assert support is not None
+        coarse = support_at(best.problem, pose, COARSENING * best.spacing_px)
+        if coarse is None or coarse.evidence <= least:
+            continue
+        support = support_at(best.problem, pose, best.spacing_px)
+        if support is not None and evidence_apart(support, best.support) > -RIVAL_LACK_NATS:
             yield pose, support

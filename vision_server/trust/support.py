@@ -157,11 +157,18 @@ class PoseSupport:
         For poses that show a target from different sides, of which one shows many small parts of it: that
         these are not seen, as they are as grey as what they stand on, is one cause.
         """
-        line, px, count = self.samples.line, self.samples.px, self.trust.shape[1]
+        return self.evidence_of(np.ones(self.trust.shape[1], dtype=np.bool_), together=True)
+
+    def evidence_of(self, lines: Flags, together: bool) -> float:
+        """`evidence` or `evidence_together` of some of the lines, (L,)."""
         there = self._visible > 0
+        chosen = lines[there]
+        if not together:
+            return float(np.maximum(self._evidence[chosen], -NOT_SEEN_NATS).sum())
+        line, px, count = self.samples.line, self.samples.px, self.trust.shape[1]
         weight = np.bincount(line, px, count)[there]
         middle = [np.bincount(line, px * self.samples.image[:, axis], count)[there] for axis in (0, 1)]
-        return evidence_of(self._evidence, np.column_stack(middle) / weight[:, None])
+        return evidence_of(self._evidence[chosen], (np.column_stack(middle) / weight[:, None])[chosen])
 
     @property
     def missing(self) -> float:
