@@ -11,7 +11,8 @@ The way of an estimate, with what each step makes of a pose (`vision_server.pipe
 3. The last step (`settling`): lines as wholes (`pose.courses`), most off by little and a few by much. It
    makes a `Settled`, with the covariance, and how well the lines agree. Tracking fits whole lines in its own
    way, since each of its frames has the lines of those before: `vision_server.tracking.fitting`.
-4. Rivals: `rivals` of the pose, `alternatives` for all poses that a first sight tells.
+4. Rivals: `rivals` of the pose, turns of it by what alone tells these from it (`told_apart`); `alternatives`
+   for all poses that a first sight tells.
 5. `judgement` puts together what is said. `stretch` and `other_hand` measure how much better another model
    does, `restarts` whether the pose is the only one near by; `probability` decides what that is worth, and
    how sure the pose is. It makes the `Estimate`.
