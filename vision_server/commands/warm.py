@@ -85,17 +85,19 @@ def warm_up() -> None:
 
 
 def refine() -> None:
-    """Find the kinds of a cube's edges, and refine its pose."""
+    """Find the kinds of a cube's edges, refine its pose, and weigh it against itself."""
     from vision_server.kinds.kinds import edge_kinds
     from vision_server.pose.observation import PoseProblem
     from vision_server.trust.likely import last_step
     from vision_server.trust.ranking import best_first
+    from vision_server.trust.told_apart import evidence_apart
 
     model, camera, pose, images = _photographed_cube()
     edge_kinds([image.statistics for image in images.images.values()])
     problem = PoseProblem.at_scale(images.gradients(["sharp"]), model, camera, 0, 0.01, 0.0)
     for found in best_first(problem, [pose]):
         last_step(found)
+        evidence_apart(found.support, found.support)
 
 
 def _photographed_cube() -> tuple[Model, Camera, Pose, ImageSet]:
