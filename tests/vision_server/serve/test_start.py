@@ -38,6 +38,7 @@ from pathlib import Path
 import numpy as np
 from numba.core import event
 
+from benchmarks.drawn_parts import part_file
 from geometry.camera import Camera
 from geometry.model import TARGETS, load_model
 from geometry.pose import Pose
@@ -66,6 +67,12 @@ with event.install_recorder("numba:compile") as compiled:
     images.add("i1", photographed(linear_picture(plain, CAMERA, POSE), noise_sd_grey=4.0), 1.0, 1.0)
     found = estimate_pose(images, ["i1"], plain, CAMERA, POSE, PipelineSettings())
     print(found.pose and found.pose.to_dict())
+    wheel = load_model(part_file("wheel", Path({folder!r}), np.random.default_rng((4102, 4))))
+    behind = Pose(np.array([-0.5, 0.0, 0.0]), np.array([0.0, 0.0, 3.0 * wheel.diameter]))
+    images = ImageSet(camera.width, camera.height)
+    images.add("i1", drawn(wheel, camera, behind, 0.8), 1.0, 1.0)
+    found = estimate_pose(images, ["i1"], wheel, camera, behind, PipelineSettings())
+    assert max(rival.share for rival in found.rivals) > 0.04, "none of its turns was weighed"
     print([module for module in ("scipy.linalg", "scipy.spatial") if module in sys.modules])
 for _, what in compiled.buffer:
     if what.is_start:
