@@ -69,7 +69,8 @@ STRETCHED_NATS = 12.0
 # 0.74 and more is left; of four with a true one, two of them at wrong poses, 0.46 at most.
 LEAST_BORNE_OUT = 0.6
 RIGHT_OF_WRONG_MODEL = 0.66  # share of such poses that are right: 23 of 35 with a model 2 % too long
-ERROR_OVER_SD = 1.3  # of poses in hard light, over stated standard deviations: by their 90th percentile
+# Of poses in hard light before the last step, over stated standard deviations: by their 90th percentile.
+ERROR_OVER_SD = 1.3
 RIVAL_NATS = 3.0  # of evidence between two poses, for odds of e: neighbouring lines speak together; by hand
 # Doubts in the factors of a probability are often one doubt, which their product counts again. By hand: the
 # likelihood of 1040 sessions on ray-traced scenes is largest at 1.2, of 618 drawn estimates at 1.2, of 513
@@ -164,7 +165,8 @@ def confidence(
     and where no other pose contests its lines, the odds of that to the power of SETTLED_ODDS_POWER. Its
     rivals then share it.
     """
-    within = math.erf(RIGHT_UNCERTAINTY / (math.sqrt(2.0) * ERROR_OVER_SD * max(uncertainty, 1e-9)))
+    over = ERROR_OVER_SD if agreement is None else 1.0  # after the last step tails are in it, see `tails`
+    within = math.erf(RIGHT_UNCERTAINTY / (math.sqrt(2.0) * over * max(uncertainty, 1e-9)))
     product = within * _by_itself(support, uncertainty, doubt, agreement, by)
     if _is_settled(agreement) and 0.0 < product < 1.0:
         product = 1.0 / (1.0 + math.pow(1.0 / product - 1.0, SETTLED_ODDS_POWER))

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from geometry.model import Model
-from geometry.pose import Pose
+from geometry.pose import RIGHT, Pose
 from numerics.arrays import Floats
 from vision_server.pose.chords import beyond_chords
 from vision_server.pose.courses import BLUR, ROUNDNESS, Courses, courses_of
@@ -30,6 +30,7 @@ from vision_server.trust.ranking import Refined
 from vision_server.trust.roundness import has_facets, how_round, told_roundness, without_roundness
 from vision_server.trust.stretch import BETWEEN_AXES, motion_of_strains
 from vision_server.trust.support import support_at
+from vision_server.trust.tails import Held, with_tails
 
 # By hand where nothing else is said: halved or doubled (`python -m benchmarks.constants`, 27 sets of recorded
 # and hard stacks) none up to MOST_STRETCH changes which poses are right or tight, nor errors by more than 7
@@ -134,7 +135,16 @@ def settled(best: Refined) -> Settled | None:
     judged = step if _stretch(step) <= SAME_PART_STRETCH else agreed(courses, prior, SAME_PART_STRETCH)[0]
     squares = _squares(courses, judged)
     scatter = scatter_of(squares, courses.share)
-    covariance = about_camera(spread[:6, :6], seen.centre) * as_seen(scatter, courses)
+    factor = as_seen(scatter, courses)
+    range_m = float(np.linalg.norm(pose.translation))
+    limits = np.r_[np.full(3, math.radians(RIGHT[0])), np.full(3, RIGHT[1] * range_m)]
+    fixed = len(prior)  # stretches and roundness stay as they are
+    place = courses.place - courses.motion[:, :, fixed:] @ step[fixed:]
+    held = Held(
+        place, courses.motion[:, :, :fixed], _precision(courses), courses.share, prior, T_FREEDOM
+    )
+    wide = with_tails(factor * spread[:6, :6], limits, held, step[:fixed], factor)
+    covariance = about_camera(wide, seen.centre)
     best = replace(best, solution=replace(best.solution, pose=of_true_axes(pose, problem.model, step)))
     return Settled(best, covariance, LineAgreement(_agreeing(courses, squares, visible), scatter))
 

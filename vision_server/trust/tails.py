@@ -1,0 +1,108 @@
+"""How far off a pose may be along what its lines hold least: by their likelihood, not by its curvature alone.
+
+Lines are off by Student's t: one that is a pixel beside its place is no wonder. Where many hold a pose, the
+likelihood falls off as a Gaussian does that is curved like it at the top. Where one line alone holds a tilt,
+it falls off like the t of that line, and a degree more may hardly be less likely. The other unknowns follow
+(profile likelihood: Pawitan, In All Likelihood, chapter 3).
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from numerics.arrays import Floats
+
+MULTIPLES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 11.0, 15.0)  # of the standard deviation (by hand)
+MASS, MASS_SIGMAS = 0.95, 1.96  # of a Gaussian, within so many of its standard deviations
+MOST_STEPS, STILL_NATS = 12, 1e-3  # of reweighting at one place, at most and until the likelihood is so still
+FINE = 1201  # places between which the likelihood is interpolated
+
+
+class Held(NamedTuple):
+    """What holds a pose: M places of lines, J unknowns, the first six of them its step.
+
+    Attributes
+    ----------
+    place, motion : (M, 2) px, and (M, 2, J), as of `Courses`.
+    precision : (M, 2, 2), 1/px^2.
+    share : (M,), what each counts.
+    prior : (J,), precision of the unknowns about 0.
+    freedom : degrees of freedom of Student's t.
+    """
+
+    place: Floats
+    motion: Floats
+    precision: Floats
+    share: Floats
+    prior: Floats
+    freedom: float
+
+
+def with_tails(covariance: Floats, limits: Floats, held: Held, step: Floats, factor: float) -> Floats:
+    """The covariance (6, 6) of a step, as wide along its loosest motion as the likelihood is there.
+
+    Parameters
+    ----------
+    covariance
+        By the curvature; ``limits`` (6,) are the unit in which motions are compared.
+    held, step
+        What holds the pose, and the likeliest unknowns (J,).
+    factor
+        On all variances, by how much lines scatter.
+    """
+    spread, motions = np.linalg.eigh(covariance / np.outer(limits, limits))
+    asked = motions[:, -1] / limits
+    ratio = _wider(held, step, asked, float(np.sqrt(spread[-1] / factor)), factor)
+    pull = covariance @ asked
+    return np.asarray(covariance + (ratio**2 - 1.0) * np.outer(pull, pull) / (asked @ pull))
+
+
+def _wider(held: Held, step: Floats, asked: Floats, sd: float, factor: float) -> float:
+    """How many times as wide the likelihood of ``asked`` (6,) @ step is as a Gaussian of that ``sd``.
+
+    By the interval about the likeliest that has MASS of it; at least 1.
+    """
+    weights = np.r_[asked, np.zeros(len(step) - 6)]
+    top = _nats(held, step)
+    fine = np.linspace(0.0, MULTIPLES[-1], FINE)
+    likelihood = np.zeros(FINE)
+    for side in (-1.0, 1.0):
+        nats, unknowns = [0.0], step
+        for multiple in MULTIPLES:
+            unknowns = _likeliest(held, unknowns, weights, float(weights @ step) + side * multiple * sd)
+            nats.append(_nats(held, unknowns) - top)
+        likelihood += np.exp(-np.interp(fine, (0.0, *MULTIPLES), nats) / factor)
+    mass = np.cumsum(likelihood)
+    # In sds of the curvature, which the factor has made as much wider.
+    half = float(fine[np.searchsorted(mass, MASS * mass[-1])]) / np.sqrt(factor)
+    return max(1.0, half / MASS_SIGMAS)
+
+
+def _squares(held: Held, unknowns: Floats) -> Floats:
+    off = held.place - held.motion @ unknowns
+    return np.asarray(np.einsum("mi,mij,mj->m", off, held.precision, off), np.float64)
+
+
+def _nats(held: Held, unknowns: Floats) -> float:
+    """-ln of the likelihood."""
+    tails = np.log1p(_squares(held, unknowns) / held.freedom)
+    return 0.5 * ((held.freedom + 2.0) * float(held.share @ tails) + float(unknowns**2 @ held.prior))
+
+
+def _likeliest(held: Held, start: Floats, weights: Floats, value: float) -> Floats:
+    """The likeliest unknowns with a value of ``weights`` @ them, by reweighted least squares from a start."""
+    unknowns, before = start, np.inf
+    for _ in range(MOST_STEPS):
+        weight = held.share * (held.freedom + 2.0) / (held.freedom + _squares(held, unknowns))
+        pulls = np.einsum("mik,mij->mkj", held.motion, held.precision * weight[:, None, None])
+        normal = np.tensordot(pulls, held.motion, ([0, 2], [0, 1])) + np.diag(held.prior)
+        right = np.einsum("mkj,mj->k", pulls, held.place)
+        free, along = np.linalg.solve(normal, np.column_stack([right, weights])).T
+        unknowns = free + along * (value - weights @ free) / (weights @ along)
+        nats = _nats(held, unknowns)
+        if abs(nats - before) < STILL_NATS:
+            break
+        before = nats
+    return unknowns
