@@ -8,6 +8,7 @@ it falls off like the t of that line, and a degree more may hardly be less likel
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -76,7 +77,7 @@ def _wider(held: Held, step: Floats, asked: Floats, sd: float, factor: float) ->
         likelihood += np.exp(-np.interp(fine, (0.0, *MULTIPLES), nats) / factor)
     mass = np.cumsum(likelihood)
     # In sds of the curvature, which the factor has made as much wider.
-    half = float(fine[np.searchsorted(mass, MASS * mass[-1])]) / np.sqrt(factor)
+    half = float(fine[np.searchsorted(mass, MASS * mass[-1])]) / math.sqrt(factor)
     return max(1.0, half / MASS_SIGMAS)
 
 

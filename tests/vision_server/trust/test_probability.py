@@ -169,7 +169,7 @@ def test_a_stretched_model_is_a_rival_by_its_evidence() -> None:
 def test_after_the_last_step_doubts_that_are_one_count_less() -> None:
     """What is likely is likelier, what is unlikely less likely, and what is even stays even."""
     for many, agreement in ((12, LineAgreement(1.0, 0.2)), (6, LineAgreement(0.5, 2.0))):
-        seen, within = support(*[1.0] * many), math.erf(1.0 / (math.sqrt(2.0) * ERROR_OVER_SD * 0.5))
+        seen, within = support(*[1.0] * many), math.erf(2.0 / math.sqrt(2.0))
         product = within * belief(seen, 0.0, 0.005, None, agreement)
         told = confidence(seen, 0.0, 0.005, None, agreement)
         assert math.log(told / (1.0 - told)) == pytest.approx(
