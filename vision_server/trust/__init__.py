@@ -9,8 +9,8 @@ The way of an estimate, with what each step makes of a pose (`vision_server.pipe
 2. Which of them goes first: `rivals.likeliest_first` with a seed pose; at first sight `likely`, by what the
    last step makes of each.
 3. The last step (`settling`): lines as wholes (`pose.courses`), most off by little and a few by much. It
-   makes a `Settled`, with the covariance and its `tails`, and how well the lines agree. Tracking fits whole lines in its own
-   way, since each of its frames has the lines of those before: `vision_server.tracking.fitting`.
+   makes a `Settled`, with the covariance and its `tails`, and how well the lines agree. Tracking fits whole
+   lines in its own way, as each frame has the lines of those before: `vision_server.tracking.fitting`.
 4. Rivals: `rivals` of the pose, turns of it by what alone tells these from it (`told_apart`); `alternatives`
    for all poses that a first sight tells.
 5. `judgement` puts together what is said. `stretch` and `other_hand` measure how much better another model
