@@ -16,9 +16,9 @@ def rows_of(text: str) -> list[list[str]]:
 
 
 def results() -> dict[str, dict[str, str]]:
-    """What the results page tells of each strategy on hard scenes, without the intervals."""
+    """What the results page tells of each strategy on shapes drawn anew, without the intervals."""
     page = (ROOT / "docs" / "results.md").read_text()
-    head, *rows = rows_of(page.partition("<!-- rivals: Strategies -->")[2].partition("<!-- end -->")[0])
+    head, *rows = rows_of(page.partition("<!-- unseen: Strategies -->")[2].partition("<!-- end -->")[0])
     return {row[0]: dict(zip(head, (cell.split(" [")[0] for cell in row), strict=True)) for row in rows}
 
 
