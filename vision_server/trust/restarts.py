@@ -15,7 +15,7 @@ from numerics.two_cores import each
 from vision_server.pose.covariance import about_camera
 from vision_server.pose.steps import moved, step_jacobian, turning_point
 from vision_server.trust.alternatives import turned_towards, without_free_turn
-from vision_server.trust.settling import Settled, last_round, of_true_axes
+from vision_server.trust.settling import Settled, last_round, limits_of, of_true_axes
 
 RESTARTED_MOTIONS = 2  # of six, those that the lines hold least, to either side
 # By so many times what makes a pose wrong; by less where that moves a line farther, so that the last step may
@@ -41,7 +41,7 @@ def _starts(last: Settled, symmetry: Symmetry) -> list[Pose]:
     """Poses beside one, to either side of it in what its lines hold least."""
     pose, problem, samples = last.best.pose, last.best.problem, last.best.support.samples
     centre = turning_point(problem.model, pose)
-    limits = np.r_[np.full(3, np.radians(RIGHT[0])), np.full(3, RIGHT[1] * np.linalg.norm(pose.translation))]
+    limits = limits_of(pose)
     covariance = about_camera(without_free_turn(last.covariance, pose, symmetry), -centre)  # undone
     _, motions = np.linalg.eigh(covariance / np.outer(limits, limits))
     jacobian = step_jacobian(problem.camera, pose.apply(samples.points), samples.normal, centre)

@@ -136,17 +136,19 @@ def settled(best: Refined) -> Settled | None:
     squares = _squares(courses, judged)
     scatter = scatter_of(squares, courses.share)
     factor = as_seen(scatter, courses)
-    range_m = float(np.linalg.norm(pose.translation))
-    limits = np.r_[np.full(3, math.radians(RIGHT[0])), np.full(3, RIGHT[1] * range_m)]
     fixed = len(prior)  # stretches and roundness stay as they are
     place = courses.place - courses.motion[:, :, fixed:] @ step[fixed:]
-    held = Held(
-        place, courses.motion[:, :, :fixed], _precision(courses), courses.share, prior, T_FREEDOM
-    )
-    wide = with_tails(factor * spread[:6, :6], limits, held, step[:fixed], factor)
+    held = Held(place, courses.motion[:, :, :fixed], _precision(courses), courses.share, prior, T_FREEDOM)
+    wide = with_tails(factor * spread[:6, :6], limits_of(pose), held, step[:fixed], factor)
     covariance = about_camera(wide, seen.centre)
     best = replace(best, solution=replace(best.solution, pose=of_true_axes(pose, problem.model, step)))
     return Settled(best, covariance, LineAgreement(_agreeing(courses, squares, visible), scatter))
+
+
+def limits_of(pose: Pose) -> Floats:
+    """What makes a pose wrong of each part (6,) of a step: a degree, rad, and 1 % of its range, m."""
+    range_m = float(np.linalg.norm(pose.translation))
+    return np.array([math.radians(RIGHT[0])] * 3 + [RIGHT[1] * range_m] * 3)
 
 
 def _fitted(courses: Courses, prior: Floats) -> tuple[Courses, Floats, Floats]:
@@ -253,20 +255,12 @@ def _at_stretch(
 
     ``precision`` (M, 2, 2), 1/px^2, of the courses; ``prior`` (K,), and ``pull`` (K,), that times its mean.
     """
-    motion, share = courses.motion, courses.share
+    held = Held(courses.place, courses.motion, precision, courses.share, prior, T_FREEDOM)
     step = np.zeros(len(prior)) if start is None else start[0]
     for _ in range(MOST_SETTLING_STEPS):
-        off = courses.place - motion @ step
-        squares = np.einsum("mi,mij,mj->m", off, precision, off)
-        weight = share * (T_FREEDOM + 2.0) / (T_FREEDOM + squares)
-        pulls = np.einsum("mik,mij->mkj", motion, precision * weight[:, None, None])
-        normal = np.tensordot(pulls, motion, ([0, 2], [0, 1])) + np.diag(prior)
-        before, step = step, np.linalg.solve(normal, np.einsum("mkj,mj->k", pulls, courses.place) + pull)
+        squares = held.squares(step)
+        normal, right = held.equations(squares)
+        before, step = step, np.asarray(np.linalg.solve(normal, right + pull), np.float64)
         if (step - before) @ normal @ (step - before) < SETTLED_SIGMAS**2:
             break
-    nats = (
-        0.5 * (T_FREEDOM + 2.0) * float(share @ np.log1p(squares / T_FREEDOM))
-        + 0.5 * float(step**2 @ prior)
-        - float(step @ pull)
-    )
-    return step, np.linalg.inv(normal), nats
+    return step, np.asarray(np.linalg.inv(normal), np.float64), held.nats(squares, step) - float(step @ pull)

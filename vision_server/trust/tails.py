@@ -40,6 +40,25 @@ class Held(NamedTuple):
     prior: Floats
     freedom: float
 
+    def squares(self, unknowns: Floats) -> Floats:
+        """Squared distances (M,) of places from where unknowns (J,) have them, by what they may be off."""
+        off = self.place - self.motion @ unknowns
+        return np.asarray(np.einsum("mi,mij,mj->m", off, self.precision, off), np.float64)
+
+    def equations(self, squares: Floats) -> tuple[Floats, Floats]:
+        """Normal equations, (J, J) and (J,), of places reweighted by their ``squares`` (M,)."""
+        weight = self.share * (self.freedom + 2.0) / (self.freedom + squares)
+        pulls = np.einsum("mik,mij->mkj", self.motion, self.precision * weight[:, None, None])
+        normal = np.tensordot(pulls, self.motion, ([0, 2], [0, 1])) + np.diag(self.prior)
+        return normal, np.asarray(np.einsum("mkj,mj->k", pulls, self.place))
+
+    def nats(self, squares: Floats, unknowns: Floats) -> float:
+        """-ln of the likelihood of unknowns (J,) that leave the places such ``squares`` (M,)."""
+        return (
+            0.5 * (self.freedom + 2.0) * float(self.share @ np.log1p(squares / self.freedom))
+            + 0.5 * float(unknowns**2 @ self.prior)
+        )  # fmt: skip
+
 
 def with_tails(covariance: Floats, limits: Floats, held: Held, step: Floats, factor: float) -> Floats:
     """The covariance (6, 6) of a step, as wide along its loosest motion as the likelihood is there.
@@ -66,14 +85,14 @@ def _wider(held: Held, step: Floats, asked: Floats, sd: float, factor: float) ->
     By the interval about the likeliest that has MASS of it; at least 1.
     """
     weights = np.r_[asked, np.zeros(len(step) - 6)]
-    top = _nats(held, step)
+    top = held.nats(held.squares(step), step)
     fine = np.linspace(0.0, MULTIPLES[-1], FINE)
     likelihood = np.zeros(FINE)
     for side in (-1.0, 1.0):
         nats, unknowns = [0.0], step
         for multiple in MULTIPLES:
             unknowns = _likeliest(held, unknowns, weights, float(weights @ step) + side * multiple * sd)
-            nats.append(_nats(held, unknowns) - top)
+            nats.append(held.nats(held.squares(unknowns), unknowns) - top)
         likelihood += np.exp(-np.interp(fine, (0.0, *MULTIPLES), nats) / factor)
     mass = np.cumsum(likelihood)
     # In sds of the curvature, which the factor has made as much wider.
@@ -81,28 +100,16 @@ def _wider(held: Held, step: Floats, asked: Floats, sd: float, factor: float) ->
     return max(1.0, half / MASS_SIGMAS)
 
 
-def _squares(held: Held, unknowns: Floats) -> Floats:
-    off = held.place - held.motion @ unknowns
-    return np.asarray(np.einsum("mi,mij,mj->m", off, held.precision, off), np.float64)
-
-
-def _nats(held: Held, unknowns: Floats) -> float:
-    """-ln of the likelihood."""
-    tails = np.log1p(_squares(held, unknowns) / held.freedom)
-    return 0.5 * ((held.freedom + 2.0) * float(held.share @ tails) + float(unknowns**2 @ held.prior))
-
-
 def _likeliest(held: Held, start: Floats, weights: Floats, value: float) -> Floats:
     """The likeliest unknowns with a value of ``weights`` @ them, by reweighted least squares from a start."""
     unknowns, before = start, np.inf
+    squares = held.squares(unknowns)
     for _ in range(MOST_STEPS):
-        weight = held.share * (held.freedom + 2.0) / (held.freedom + _squares(held, unknowns))
-        pulls = np.einsum("mik,mij->mkj", held.motion, held.precision * weight[:, None, None])
-        normal = np.tensordot(pulls, held.motion, ([0, 2], [0, 1])) + np.diag(held.prior)
-        right = np.einsum("mkj,mj->k", pulls, held.place)
+        normal, right = held.equations(squares)
         free, along = np.linalg.solve(normal, np.column_stack([right, weights])).T
         unknowns = free + along * (value - weights @ free) / (weights @ along)
-        nats = _nats(held, unknowns)
+        squares = held.squares(unknowns)
+        nats = held.nats(squares, unknowns)
         if abs(nats - before) < STILL_NATS:
             break
         before = nats

@@ -9,7 +9,6 @@ from vision_server.trust.tails import Held, with_tails
 FREEDOM = 1.5
 SD_PX = 0.05  # of a line's place
 LIMITS = np.array([0.0175, 0.0175, 0.0175, 0.005, 0.005, 0.005])  # a degree, and 1 % of half a metre
-PX_PER_UNIT = 60.0  # that a line moves by a degree or 1 %: 1 px and more
 UNKNOWNS = 9
 
 
@@ -17,7 +16,7 @@ def held(lines_of: list[int], places: dict[int, float] | None = None) -> Held:
     """So many lines hold each of the six unknowns of a step; some of the first one's lie elsewhere, px."""
     of_unknown = np.repeat(np.arange(6), lines_of)
     motion = np.zeros((len(of_unknown), 2, UNKNOWNS))
-    motion[np.arange(len(of_unknown)), 0, of_unknown] = PX_PER_UNIT / 60.0 / LIMITS[of_unknown]
+    motion[np.arange(len(of_unknown)), 0, of_unknown] = 1.0 / LIMITS[of_unknown]  # 1 px by a degree or 1 %
     place = np.zeros((len(of_unknown), 2))
     for line, px in (places or {}).items():
         place[line, 0] = px
