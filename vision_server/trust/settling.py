@@ -133,12 +133,13 @@ def settled(best: Refined) -> Settled | None:
     best = replace(best, solution=replace(best.solution, pose=pose), support=support)
     visible = np.asarray(np.bincount(seen.samples.line, seen.samples.px), np.float64)
     judged = step if _stretch(step) <= SAME_PART_STRETCH else agreed(courses, prior, SAME_PART_STRETCH)[0]
-    squares = _squares(courses, judged)
+    held = _held(courses, prior)
+    squares = held.squares(judged)
     scatter = scatter_of(squares, courses.share)
     factor = as_seen(scatter, courses)
     fixed = len(prior)  # stretches and roundness stay as they are
-    place = courses.place - courses.motion[:, :, fixed:] @ step[fixed:]
-    held = Held(place, courses.motion[:, :, :fixed], _precision(courses), courses.share, prior, T_FREEDOM)
+    place = held.place - held.motion[:, :, fixed:] @ step[fixed:]
+    held = held._replace(place=place, motion=held.motion[:, :, :fixed])
     wide = with_tails(factor * spread[:6, :6], limits_of(pose), held, step[:fixed], factor)
     covariance = about_camera(wide, seen.centre)
     best = replace(best, solution=replace(best.solution, pose=of_true_axes(pose, problem.model, step)))
@@ -187,13 +188,13 @@ def agreed(courses: Courses, prior: Floats, most: float = MOST_STRETCH) -> tuple
     most
         One axis is stretched against another.
     """
-    precision = _precision(courses)
+    held = _held(courses, prior)
     roundness, pull = told_roundness(courses)
     pull = np.r_[np.zeros(ROUNDNESS), pull]
     best, least = None, np.inf
     for sd in (UNSTRETCHED_SD, *STRETCH_SDS):
-        all_prior = np.r_[prior, sd**-2.0, sd**-2.0, roundness]
-        step, covariance, nats = _at_stretch(courses, precision, all_prior, pull, best)
+        held = held._replace(prior=np.r_[prior, sd**-2.0, sd**-2.0, roundness])
+        step, covariance, nats = _at_stretch(held, pull, best)
         if best is not None and _stretch(step) > most:
             break  # another part
         nats += 2.0 * np.log(sd / UNSTRETCHED_SD) - 0.5 * float(np.linalg.slogdet(covariance)[1])
@@ -204,16 +205,12 @@ def agreed(courses: Courses, prior: Floats, most: float = MOST_STRETCH) -> tuple
     return best
 
 
-def _precision(courses: Courses) -> Floats:
-    """Inverse covariance (M, 2, 2), 1/px^2, of where courses lie as wholes."""
+def _held(courses: Courses, prior: Floats) -> Held:
+    """The courses, in units of how far off they may be as wholes."""
     variance = courses.noise + courses.spread[:, None, None] ** 2 * np.diag([1.0, TURN_SPREAD_RATIO**2])
-    return np.asarray(np.linalg.inv(variance), np.float64)
-
-
-def _squares(courses: Courses, step: Floats) -> Floats:
-    """Squared distances (M,) of courses from where unknowns (K,) have them, by what they may be off."""
-    off = courses.place - courses.motion @ step
-    return np.asarray(np.einsum("mi,mij,mj->m", off, _precision(courses), off), np.float64)
+    white = np.linalg.inv(np.linalg.cholesky(variance))
+    place = np.einsum("mij,mj->mi", white, courses.place)
+    return Held(place, white @ courses.motion, courses.share, prior, T_FREEDOM)
 
 
 def _agreeing(courses: Courses, squares: Floats, visible: Floats) -> float:
@@ -228,7 +225,7 @@ def scatter_of(squares: Floats, share: Floats) -> float:
     Parameters
     ----------
     squares, share
-        (M,), see `_squares`, and what each counts. Iteratively reweighted, for Student's t.
+        (M,), see `Held.squares`, and what each counts. Iteratively reweighted, for Student's t.
     """
     scatter = 1.0
     for _ in range(SCATTER_STEPS):
@@ -249,14 +246,13 @@ def as_seen(scatter: float, courses: Courses) -> float:
 
 
 def _at_stretch(
-    courses: Courses, precision: Floats, prior: Floats, pull: Floats, start: tuple[Floats, Floats] | None
+    held: Held, pull: Floats, start: tuple[Floats, Floats] | None
 ) -> tuple[Floats, Floats, float]:
     """Unknowns, covariance, and -ln of what is likely, by iteratively reweighted least squares.
 
-    ``precision`` (M, 2, 2), 1/px^2, of the courses; ``prior`` (K,), and ``pull`` (K,), that times its mean.
+    ``pull`` (K,) is the prior's precision times its mean.
     """
-    held = Held(courses.place, courses.motion, precision, courses.share, prior, T_FREEDOM)
-    step = np.zeros(len(prior)) if start is None else start[0]
+    step = np.zeros(len(pull)) if start is None else start[0]
     for _ in range(MOST_SETTLING_STEPS):
         squares = held.squares(step)
         normal, right = held.equations(squares)

@@ -26,8 +26,7 @@ class Held(NamedTuple):
 
     Attributes
     ----------
-    place, motion : (M, 2) px, and (M, 2, J), as of `Courses`.
-    precision : (M, 2, 2), 1/px^2.
+    place, motion : (M, 2), and (M, 2, J), as of `Courses`, in units of what each may be off.
     share : (M,), what each counts.
     prior : (J,), precision of the unknowns about 0.
     freedom : degrees of freedom of Student's t.
@@ -35,22 +34,21 @@ class Held(NamedTuple):
 
     place: Floats
     motion: Floats
-    precision: Floats
     share: Floats
     prior: Floats
     freedom: float
 
     def squares(self, unknowns: Floats) -> Floats:
-        """Squared distances (M,) of places from where unknowns (J,) have them, by what they may be off."""
+        """Squared distances (M,) of places from where unknowns (J,) have them."""
         off = self.place - self.motion @ unknowns
-        return np.asarray(np.einsum("mi,mij,mj->m", off, self.precision, off), np.float64)
+        return np.asarray((off**2).sum(axis=1))
 
     def equations(self, squares: Floats) -> tuple[Floats, Floats]:
         """Normal equations, (J, J) and (J,), of places reweighted by their ``squares`` (M,)."""
         weight = self.share * (self.freedom + 2.0) / (self.freedom + squares)
-        pulls = np.einsum("mik,mij->mkj", self.motion, self.precision * weight[:, None, None])
-        normal = np.tensordot(pulls, self.motion, ([0, 2], [0, 1])) + np.diag(self.prior)
-        return normal, np.asarray(np.einsum("mkj,mj->k", pulls, self.place))
+        rows = self.motion.reshape(-1, len(self.prior))
+        pulls = rows.T * np.repeat(weight, 2)
+        return pulls @ rows + np.diag(self.prior), pulls @ self.place.ravel()
 
     def nats(self, squares: Floats, unknowns: Floats) -> float:
         """-ln of the likelihood of unknowns (J,) that leave the places such ``squares`` (M,)."""

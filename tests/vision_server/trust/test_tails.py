@@ -16,18 +16,18 @@ def held(lines_of: list[int], places: dict[int, float] | None = None) -> Held:
     """So many lines hold each of the six unknowns of a step; some of the first one's lie elsewhere, px."""
     of_unknown = np.repeat(np.arange(6), lines_of)
     motion = np.zeros((len(of_unknown), 2, UNKNOWNS))
-    motion[np.arange(len(of_unknown)), 0, of_unknown] = 1.0 / LIMITS[of_unknown]  # 1 px by a degree or 1 %
+    per_px = LIMITS[of_unknown]  # 1 px by a degree or 1 %
+    motion[np.arange(len(of_unknown)), 0, of_unknown] = 1.0 / (SD_PX * per_px)
     place = np.zeros((len(of_unknown), 2))
     for line, px in (places or {}).items():
-        place[line, 0] = px
-    precision = np.tile(np.diag([SD_PX**-2.0, SD_PX**-2.0]), (len(of_unknown), 1, 1))
-    return Held(place, motion, precision, np.ones(len(of_unknown)), np.full(UNKNOWNS, 1e-6), FREEDOM)
+        place[line, 0] = px / SD_PX
+    return Held(place, motion, np.ones(len(of_unknown)), np.full(UNKNOWNS, 1e-6), FREEDOM)
 
 
 def curvature(of: Held) -> Floats:
     """Covariance (6, 6) as reweighted least squares has it where every line is in its place."""
     weight = (FREEDOM + 2.0) / FREEDOM
-    normal = weight * np.einsum("mik,mij,mjl->kl", of.motion, of.precision, of.motion) + np.diag(of.prior)
+    normal = weight * np.einsum("mik,mil->kl", of.motion, of.motion) + np.diag(of.prior)
     return np.asarray(np.linalg.inv(normal)[:6, :6])
 
 
