@@ -83,7 +83,7 @@ def nearest_point(line: Any, along: Any, offset: Any, shift: Any, width: Any) ->
     return np.where(np.isfinite(away).any(axis=2), away.argmin(axis=2), -1)
 
 
-def unbent(samples: Any, softness: Any, filter_px: Any) -> Any:
+def unbent(samples: Any, facets: Any, softness: Any, filter_px: Any) -> Any:
     """No bend of a line moves its edge."""
     return np.zeros(softness[:, samples.line].shape)
 

@@ -29,7 +29,8 @@ UNCHANGED_SHARE = 0.995  # ... and from which on the turn changes nothing that c
 HALF_TURN = 0.5  # of a full one, as are all parts; of equal fractions the floats are equal
 FOLDS = range(2, 49)  # n-fold turns that are tried: a gear's to 7.5 degrees; ...
 FINE_FOLD = 36  # ... of more, which any small turn is near to, those that bring back as much closely
-BESIDE_RAD = np.radians(3.0)  # so much more or less moves the farthest points twice the tolerance ...
+BESIDE_RAD = np.radians(3.0)  # so much more or less moves the farthest points twice the tolerance, ...
+MOST_BESIDE_RAD = np.radians(30.0)  # ... of a half turn about the axis of a slender part at most this ...
 PEAK_RATIO = 1.1  # ... and must bring back less by this factor, or the turn is only a small one
 ONE_TURN_RAD = np.radians(4.0)  # less than the least of FOLDS; products about two middles differ by 0
 
@@ -186,8 +187,11 @@ def _stands_out(wires: _Wireframe, axis: Floats, part: float, middle: Floats, sh
     """Whether a turn brings back enough, and more than a little less or a little more of its angle does."""
     if share < (ALIKE_OVER_SHARE if part == HALF_TURN else ALIKE_SHARE):
         return False
-    angle = 2.0 * np.pi * part
-    beside = wires.shares(axis, [angle - BESIDE_RAD, angle + BESIDE_RAD], middle)
+    angle, aside = 2.0 * np.pi * part, BESIDE_RAD
+    if part == HALF_TURN:
+        farthest = float(np.linalg.norm(np.cross(wires.points - middle, axis), axis=1).max())
+        aside = float(np.clip(2.0 * wires.tolerance / max(farthest, 1e-9), BESIDE_RAD, MOST_BESIDE_RAD))
+    beside = wires.shares(axis, [angle - aside, angle + aside], middle)
     return share >= PEAK_RATIO * float(beside.max())
 
 

@@ -37,6 +37,13 @@ def test_the_fixture_is_nearly_the_same_upside_down() -> None:
     assert turn.apply(turn.apply(model.vertices)) == pytest.approx(model.vertices, abs=1e-9)
 
 
+def test_a_satellite_is_nearly_the_same_turned_over_about_the_long_axis_of_its_panels_too() -> None:
+    """A few degrees more move hardly anything of what is that slender; half a turn is no small one."""
+    turns = [turn.rotation_vector for turn in near_symmetries(load_model(find_target("satellite")))]
+    half = [np.abs(np.degrees(turn)).round() for turn in turns if np.linalg.norm(turn) > 3.1]
+    assert sorted(map(tuple, half)) == [(0.0, 0.0, 180.0), (0.0, 180.0, 0.0), (180.0, 0.0, 0.0)]
+
+
 def test_a_square_side_is_turned_by_quarters(tmp_path: Path) -> None:
     turns = near_symmetries(box(tmp_path, 0.3, 0.3, 0.1, slant=0.03))
     angles = [round(float(np.degrees(np.linalg.norm(turn.rotation_vector)))) for turn in turns]

@@ -118,6 +118,22 @@ def test_another_way_that_matches_nearly_as_well_is_worth_a_look(
     assert (found.misfit.otherwise > 10.0) == looked_at
 
 
+def test_a_satellite_upside_down_is_not_believed_where_all_that_it_shows_is_seen() -> None:
+    """What stands on it is behind it then, and all of its lines lie on lines of the right one."""
+    satellite = load_model(find_target("satellite"))
+    pose = Pose(np.array([0.73, 0.225, -0.484]), np.array([-0.036, -0.054, 0.972]))
+    greys = np.random.default_rng(7).uniform(0.15, 0.95, len(satellite.faces))
+    images = one_image(photographed(linear_picture(satellite, CAMERA, pose, greys)))
+    upright, over = (
+        estimate_pose(images, ["i1"], model, CAMERA, pose)
+        for model in (satellite, deformed(satellite, np.diag([1.0, -1.0, -1.0])))
+    )
+    assert upright.score > 0.93
+    assert over.support is not None
+    assert over.support.missing < 0.01
+    assert over.score < 0.6
+
+
 def test_a_mirror_that_changes_nothing_is_no_other_way(plate: Model, model: Model) -> None:
     assert other_ways(model) == ()
     assert len(other_ways(plate)) == 6
