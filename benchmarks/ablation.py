@@ -48,7 +48,7 @@ from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.pose import blending, line_scales, observation, profiles
+from vision_server.pose import blending, edge_points, line_scales, observation, profiles
 from vision_server.serve.inputs import read_camera
 from vision_server.trust import judgement, likely, ranking, rivals, settling
 from vision_server.trust.stretch import stretched
@@ -104,7 +104,10 @@ ROWS: dict[str, tuple[Patch, ...]] = {
     "no hypotheses": ((ranking, "BESIDE_ROUNDS", 0),),
     "no Hough votes": ((observation, "vote", no_votes), (observation, "choose", nearest_point)),
     "no line scales": ((ranking, "with_line_scales", lambda problem, _: problem),),
-    "filters as wide as the blur": ((observation, "FILTER_OF_SOFTNESS", np.arange(len(SCALES_PX))),),
+    "filters as wide as the blur": (
+        (observation, "FILTER_OF_SOFTNESS", np.arange(len(SCALES_PX))),
+        (edge_points, "PREPARED_BEYOND_PX", 36),  # as far as flanks of outlines are looked at then
+    ),
     "lines as sharp as they seem": ((line_scales, "_raise_to_median", lambda *_: None),),
     "no near symmetries": tuple((module, "near_symmetries", lambda _: ()) for module in (ranking, rivals)),
     "neighbours move no edge": ((observation, "blended", no_blending),),

@@ -10,9 +10,10 @@ from geometry.camera import Camera
 from geometry.model import Model
 from geometry.visibility import visible_samples
 from tests.vision_server.whole_tiles import deep_channel
-from vision_server.channels.gradients import Normals
-from vision_server.pose.edge_points import Channel, search
-from vision_server.pose.outline_shading import inside_of, way_back
+from vision_server.channels.gradients import SCALES_PX, Normals
+from vision_server.pose.edge_points import PREPARED_BEYOND_PX, Channel, search
+from vision_server.pose.observation import FILTER_OF_SOFTNESS
+from vision_server.pose.outline_shading import FLANK_SCALES, inside_of, way_back
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 SIZE, SCALE, SEED = 81, 0, 71
@@ -92,3 +93,7 @@ def test_shading_draws_an_edge_in_and_it_is_moved_back(inside: float) -> None:
     assert before - plain > 0.1
     assert abs(before - plain + shift) < 0.5 * (before - plain)
     assert sd == pytest.approx(0.5 * abs(shift))
+
+
+def test_flanks_are_on_tiles_that_are_there() -> None:
+    assert FLANK_SCALES * SCALES_PX[int(FILTER_OF_SOFTNESS.max())] <= PREPARED_BEYOND_PX
