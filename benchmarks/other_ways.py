@@ -19,28 +19,24 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Any
 
-import msgspec
 import numpy as np
 import typer
 
 from benchmarks.docking_gear import GEAR
 from benchmarks.drawn_parts import PARTS, part_file
 from benchmarks.photographs import Studio, image_set
-from benchmarks.trust_rows import apart_px, drawn_set
-from geometry.camera import Camera
+from benchmarks.trust_rows import apart_px, drawn_set, studio_of
 from geometry.deformed import deformed
 from geometry.pose import RIGHT, disturbed
 from image_server.simulator.scenario import load_scenario
-from image_server.simulator.simulator import Simulator
 from numerics.two_cores import use_one_core
 from vision_server.matching import SearchRange
-from vision_server.pipeline import PipelineSettings, estimate_pose
+from vision_server.pipeline import SURE_SCORE, PipelineSettings, estimate_pose
 from vision_server.trust.other_hand import WAYS
 
 SHAPES = ("satellite", "fixture", *PARTS, *GEAR)
 SCENARIOS = ("nominal", "textured", "grazing")
 IMAGES = 2
-TRUSTED = 14.0 / 15.0  # score from which on, see docs/trust.md
 ALIKE_PX = 0.5
 COUNTED = ("estimates", "right", "trusted and right", "trusted and wrong")
 
@@ -49,9 +45,7 @@ def scene(shape: str, scenario: str, rng: np.random.Generator) -> Studio:
     """A view of a shape, drawn anew."""
     with tempfile.TemporaryDirectory() as scratch:
         file = part_file(shape, Path(scratch), rng)
-        simulator = Simulator(file, load_scenario(scenario), int(rng.integers(1 << 30)))
-    camera = Camera.from_dict(msgspec.to_builtins(simulator.describe().camera))
-    return Studio(f"{scenario} {shape}", simulator, camera, simulator.model, simulator.true_pose)
+        return studio_of(f"{scenario} {shape}", file, load_scenario(scenario), int(rng.integers(1 << 30)))
 
 
 def rows(shape: str, seed: int) -> Iterator[dict[str, Any]]:
@@ -69,7 +63,7 @@ def rows(shape: str, seed: int) -> Iterator[dict[str, Any]]:
             model = deformed(studio.model, way)
             found = estimate_pose(images, list(images.images), model, studio.camera, start, settings)
             apart = apart_px(studio, model, found)
-            true = bool((way == np.eye(3)).all())
+            true = np.array_equal(way, np.eye(3))
             if not true and apart is not None and apart <= ALIKE_PX:
                 continue
             yield {
@@ -81,7 +75,7 @@ def rows(shape: str, seed: int) -> Iterator[dict[str, Any]]:
 
 def counted(told: dict[str, Any]) -> Counter[str]:
     """What an estimate adds to the row of its kind."""
-    right, trusted = bool(told["right"]), told["score"] >= TRUSTED
+    right, trusted = bool(told["right"]), told["score"] >= SURE_SCORE
     return Counter({
         "estimates": 1, "right": int(right), "trusted and right": int(trusted and right),
         "trusted and wrong": int(trusted and not right),

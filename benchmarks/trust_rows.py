@@ -24,6 +24,7 @@ from geometry.pose import disturbed
 from geometry.rotation import matrix_of
 from geometry.visibility import visible_samples
 from image_server.simulator.scenario import load_scenario
+from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.simulator import Simulator
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
@@ -125,12 +126,17 @@ def simulated(number: int, seed: int) -> tuple[str, Studio, bool]:
         )
     with tempfile.TemporaryDirectory() as scratch:
         file = part_file(target, Path(scratch), np.random.default_rng([seed, number]))
-        simulator = Simulator(file, scenario, 1000 * seed + number)
+        name = f"simulated {scenario_name} {target}-{number} {seed}"
+        return name, studio_of(name, file, scenario, 1000 * seed + number), False
+
+
+def studio_of(name: str, file: Path, scenario: Scenario, seed: int) -> Studio:
+    """The simulator with a target's file in a scenario, drawn by a seed."""
+    simulator = Simulator(file, scenario, seed)
     described = simulator.describe()
     assert described.camera is not None
     camera = Camera.from_dict(msgspec.to_builtins(described.camera))
-    name = f"simulated {scenario_name} {target}-{number} {seed}"
-    return name, Studio(name, simulator, camera, simulator.model, simulator.true_pose), False
+    return Studio(name, simulator, camera, simulator.model, simulator.true_pose)
 
 
 def strata_of(name: str, shots: Sequence[Photograph], model: Model) -> list[str]:

@@ -94,8 +94,13 @@ def exact_tolerance(axis: Floats, points: Floats, diameter: float) -> float:
 
     By the width across the axis: of a thin shaft's length shallow flats are hardly anything.
     """
-    width = 2.0 * float(np.linalg.norm(np.cross(points, axis), axis=1).max())
+    width = 2.0 * _farthest(axis, points)
     return max(TOLERANCE_SHARE * min(width, diameter), LEAST_TOLERANCE_SHARE * diameter)
+
+
+def _farthest(axis: Floats, points: Floats) -> float:
+    """How far points (N, 3), given from a place on an axis, are from it at most, metres."""
+    return float(np.linalg.norm(np.cross(points, axis), axis=1).max())
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,8 +194,8 @@ def _stands_out(wires: _Wireframe, axis: Floats, part: float, middle: Floats, sh
         return False
     angle, aside = 2.0 * np.pi * part, BESIDE_RAD
     if part == HALF_TURN:
-        farthest = float(np.linalg.norm(np.cross(wires.points - middle, axis), axis=1).max())
-        aside = float(np.clip(2.0 * wires.tolerance / max(farthest, 1e-9), BESIDE_RAD, MOST_BESIDE_RAD))
+        farthest = max(_farthest(axis, wires.points - middle), 1e-9)
+        aside = float(np.clip(2.0 * wires.tolerance / farthest, BESIDE_RAD, MOST_BESIDE_RAD))
     beside = wires.shares(axis, [angle - aside, angle + aside], middle)
     return share >= PEAK_RATIO * float(beside.max())
 
