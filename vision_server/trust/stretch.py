@@ -31,10 +31,11 @@ ENOUGH_SUPPORT = 0.95  # of the visible length, with which another model has not
 FIT_REACHES_PX = (4.0, 3.0)  # of the fits of stretched models, whose lines are near
 STRETCH_STEPS, MOST_STRAIN = 2, 0.3  # of a fit towards its scales, and the largest logarithm of one
 BANDS_PX = (1.5, 12.0, 40.0)  # around the lines, in which edges are looked for
-FAR_BANDS_PX = (*BANDS_PX, 120.0)  # where one end of a part is kept, and the other is off by all of a stretch
+FAR_BANDS_PX = (*BANDS_PX, 120.0)  # where one plane of a part is kept, and others are off by all of a stretch
 HELD_SUPPORT = 0.6  # of a line whose edge points hold the pose (by hand)
 SCANNED = np.r_[-np.arange(2, 26), np.arange(2, 26)] * 0.01  # 2 to 25 %, as logarithms
-MOST_ENDS = 2  # ways of keeping one end of a part that are followed
+MOST_PLANES = 2  # ways of keeping one of the part's planes that are followed
+SAME_PLANE_SHARE = 1e-3  # of the diameter, between places along an axis that are one (by hand)
 # Of the visible length, that a fit must explain besides. By hand: of 120 right poses of drawn scenes eleven
 # have one that does, and of 131 wrong models most.
 WORTH_EXPLAINED = 0.005
@@ -128,43 +129,57 @@ def _scanned(best: Refined) -> list[tuple[Floats, Pose]]:
             log = SCANNED[most]
             out.append((gains[most], log * np.eye(6)[kind], moved(pose, log * kept[:, kind], near.centre)))
     out.sort(key=lambda one: -one[0])
-    return [(strain, start) for _, strain, start in out + _at_one_end(best)]
+    return [(strain, start) for _, strain, start in out + _from_a_plane(best)]
 
 
-def _at_one_end(best: Refined) -> list[tuple[float, Floats, Pose]]:
-    """What `_scanned` looks for, where the pose was found by one end of the part and is right there.
+def _from_a_plane(best: Refined) -> list[tuple[float, Floats, Pose]]:
+    """What `_scanned` looks for, where the pose was found by one plane of the part and is right there.
 
-    Texture and what is behind give lines of the other end an edge, too, so that they seem to hold the pose.
+    Texture and what is behind give lines elsewhere an edge, too, so that they seem to hold the pose.
     """
-    pose, model = best.pose, best.problem.model
+    pose = best.pose
     near = edges_around(best.problem, pose, FAR_BANDS_PX)
     if not near.offset.size:
         return []
     itself = explained(near.jacobian, near.offset, near.samples.px, np.zeros(6))
-    aside, along, found = model.vertices - model.middle, np.zeros_like(near.jacobian), []
+    along, found = np.zeros_like(near.jacobian), []
     for axis in range(3):
-        for end in (float(aside[:, axis].min()), float(aside[:, axis].max())):
+        for plane in _planes(best, axis):
             gains = np.full(len(SCANNED), -itself)
-            for k, shift in enumerate(_shifts_from(best, near.samples, axis, end)):
+            for k, shift in enumerate(_shifts_from(best, near.samples, axis, plane)):
                 along[:, 0] = shift
                 gains[k] += explained(along, near.offset, near.samples.px, np.eye(6)[0])
             most = int(np.argmax(gains))
             if gains[most] > WORTH_EXPLAINED:
                 log = SCANNED[most]
-                kept = pose.translation - math.expm1(log) * end * pose.matrix[:, axis]
+                kept = pose.translation - math.expm1(log) * plane * pose.matrix[:, axis]
                 found.append((gains[most], log * np.eye(6)[axis], Pose(pose.rotation_vector, kept)))
     found.sort(key=lambda one: -one[0])
-    return found[:MOST_ENDS]
+    return found[:MOST_PLANES]
 
 
-def _shifts_from(best: Refined, samples: Samples, axis: int, end: float) -> Floats:
-    """How far SCANNED move samples along their normals, px, (S, N), if an end of an axis is kept.
+def _planes(best: Refined, axis: int) -> list[float]:
+    """Where on an axis the ends are, and lines across it that have an edge, m from the model's middle."""
+    model = best.problem.model
+    aside = model.vertices[:, axis] - model.middle[axis]
+    held = [one.line for one in best.support.lines if one.support >= HELD_SUPPORT]
+    first, last = aside[model.lines[held]].T
+    same = SAME_PLANE_SHARE * model.diameter
+    out = [float(aside.min()), float(aside.max())]
+    for place in first[np.abs(last - first) <= same].tolist():
+        if min(abs(place - other) for other in out) > same:
+            out.append(place)
+    return out
 
-    ``end`` is where that is beside the model's middle, m.
+
+def _shifts_from(best: Refined, samples: Samples, axis: int, plane: float) -> Floats:
+    """How far SCANNED move samples along their normals, px, (S, N), if a plane across an axis is kept.
+
+    ``plane`` is where that is beside the model's middle, m.
     """
     points = np.repeat(samples.points[None], len(SCANNED), axis=0)
-    from_end = samples.points[:, axis] - best.problem.model.middle[axis] - end
-    points[..., axis] += np.expm1(SCANNED)[:, None] * from_end
+    from_it = samples.points[:, axis] - best.problem.model.middle[axis] - plane
+    points[..., axis] += np.expm1(SCANNED)[:, None] * from_it
     image = best.problem.camera.project(best.pose.apply(points.reshape(-1, 3))).reshape(*points.shape[:2], 2)
     shift = ((image - samples.image) * samples.normal).sum(axis=2)
     return np.where(np.isfinite(shift), shift, np.inf)

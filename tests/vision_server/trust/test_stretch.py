@@ -5,6 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from benchmarks.photographs import image_set
+from benchmarks.trust_rows import drawn_set, simulated
 from geometry.model import Model
 from geometry.pose import RIGHT, Pose
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
@@ -151,3 +153,21 @@ def test_a_part_that_was_found_by_one_end_is_seen_to_be_longer(model: Model) -> 
     assert told.excess is not None
     assert told.excess.axis == 0
     assert told.excess.share == pytest.approx(-0.18, abs=0.01)
+
+
+def test_a_part_that_was_found_by_a_side_within_it_is_seen_to_be_longer() -> None:
+    """Of a patterned tee, by a side of its stem: patterns seem to hold the sides of its bar."""
+    _, studio, _ = simulated(4, 20266)
+    shots = drawn_set(studio, "exposed", 1, np.random.default_rng(3))
+    model = stretched(studio.model, np.log(0.85) * np.eye(3)[0])
+    side = 0.60 * (studio.model.vertices[:, 0] - studio.model.middle[0]).min()
+    found = refined(
+        PoseProblem.at_scale(image_set(shots).gradients(["i0"]), model, studio.camera),
+        Pose(studio.true.rotation_vector, studio.true.translation + 0.15 * side * studio.true.matrix[:, 0]),
+        FINE_REACHES_PX,
+        2.0,
+    )
+    assert found is not None
+    told = misfit(found)
+    assert told.gain > SURE_NATS
+    assert told.excess == pytest.approx((0, -0.15), abs=0.01)
