@@ -1,6 +1,5 @@
 """Models the other way round: of each scene the true one first, and what no image tells from it left out."""
 
-import numpy as np
 import pytest
 
 from benchmarks import other_ways
@@ -19,13 +18,14 @@ def test_a_cube_is_the_same_every_way() -> None:
     assert told["right"]
 
 
-def test_a_bracket_is_held_against_its_mirrors() -> None:
+def test_a_bracket_is_held_against_its_mirrors(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(other_ways, "WAYS", other_ways.WAYS[2:4])  # of all, one mirrored and one turned
     true, *others = rows("angle", 1)
     assert true["true"]
     assert true["right"]
     assert others
     assert not any(one["true"] for one in others)
-    assert all(np.prod(one["way"]) in (-1, 1) and one["way"] != [1, 1, 1] for one in others)
+    assert all(one["way"] in ([1, 1, -1], [1, -1, -1]) for one in others)
 
 
 @pytest.mark.parametrize(("right", "score", "what"), [
