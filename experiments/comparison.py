@@ -46,7 +46,8 @@ class Grid:
     def table(self) -> str:
         """Headings and rows as Markdown."""
         lines = ["| " + " | ".join(self.headings) + " |", "|" + " --- |" * len(self.headings)]
-        return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in self.rows)])
+        cells = ((cell.replace("|", "\\|") for cell in row) for row in self.rows)
+        return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in cells)])
 
     def markdown(self) -> str:
         """Title, table and note as Markdown."""

@@ -29,6 +29,7 @@ LEAST_MERGED = 10_000  # rows in the journal; then half of the table's, so that 
 SYNC_S = 2.0  # between two waits for the disk: what a power failure may cost
 FAILED = ("failed", "deadline")
 ORDER = ("controller", "stack", "target", "scenario", "condition", "pose", "seed")
+OURS = "Give the folder that a run has written, as it was written."
 TYPES = {str: pa.string(), int: pa.int64(), float: pa.float64()}
 
 
@@ -83,7 +84,7 @@ class ResultsTable:
         self._merged = 0
         file = self.folder / RESULTS
         if file.exists():
-            self._merged = _checked_results(file).metadata.num_rows
+            self._merged = _checked_results(file, self._schema).num_rows
         self._synced = time.monotonic()
 
     def finished(self, without_failed: bool = False) -> set[int]:
@@ -213,11 +214,19 @@ def read_description(folder: Path) -> dict[str, Any]:
     return found
 
 
-def _checked_results(file: Path) -> pq.ParquetFile:
+def _checked_results(file: Path, schema: pa.Schema) -> pa.Table:
     try:
-        return pq.ParquetFile(file)
+        table = pq.read_table(file)
     except (OSError, pa.ArrowInvalid) as error:
         raise BadInput(f"{file} is no Parquet table: {str(error).splitlines()[0]}") from None
+    for field in schema:
+        if field.name not in table.column_names:
+            raise BadInput(f"{file} has no column {field.name}.", OURS)
+        try:
+            table[field.name].cast(field.type)
+        except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
+            raise BadInput(f"{file} has a column {field.name} that is not of {field.type}.", OURS) from None
+    return table.select(schema.names).cast(schema)
 
 
 def _journal_rows(folder: Path) -> tuple[list[Row], int]:
@@ -253,7 +262,7 @@ def read_rows(folder: Path, schema: pa.Schema | None = None) -> pa.Table:
     file = folder / RESULTS
     table = journal
     if file.exists():
-        table = pa.concat_tables([_checked_results(file).read().cast(schema), journal])
+        table = pa.concat_tables([_checked_results(file, schema), journal])
     if journal.num_rows:
         last = (
             table.append_column("row", pa.array(range(table.num_rows)))

@@ -16,6 +16,7 @@ UNDISTORT_TOLERANCE = 1e-12  # in normalised image coordinates
 COEFFICIENT_COUNTS = {"pinhole": (5, 8, 12), "fisheye": (4,)}
 MOST_FISHEYE_RAD = 1.4  # from its axis (80 degrees), to which a fisheye is used: beyond, no plane holds it
 FISHEYE_HALVINGS = 48  # of that angle: to 1e-14 rad
+MOST_APART_PX = 1.0  # between a point of the border and where the ideal point that was found is seen
 
 
 @dataclass(frozen=True)
@@ -33,7 +34,8 @@ class Camera:
 
     Raises
     ------
-    GeometryError : a size or focal length that is not positive, a value that is not finite.
+    GeometryError : a size or focal length that is not positive, a value that is not finite, a distortion that
+        cannot be undone within the frame.
     """
 
     width: int
@@ -61,6 +63,21 @@ class Camera:
             )
         if not np.isfinite(values).all():
             raise GeometryError("camera values must be finite")
+        if self.lens == "pinhole" and self.distorted:
+            self._check_border()
+
+    def _check_border(self) -> None:
+        """Some ray is seen at each point of the frame: its corners, and what is between two, stand for it."""
+        right, low = self.width - 1.0, self.height - 1.0
+        border = np.array([(x, y) for y in (0.0, 0.5 * low, low) for x in (0.0, 0.5 * right, right)])
+        with np.errstate(all="ignore"):
+            rays = (self.undistort_points(border) - [self.cx, self.cy]) / [self.fx, self.fy]
+            off = np.abs(self._distort(rays) * [self.fx, self.fy] + [self.cx, self.cy] - border).max(axis=1)
+        for u, v in border[~(off < MOST_APART_PX)][:1]:
+            raise GeometryError(
+                f"camera distortion cannot be undone at {u:.0f}, {v:.0f} px, as where a picture is folded. "
+                "Check the signs and the order of its numbers; a calibration holds where its boards have been"
+            )
 
     @property
     def distorted(self) -> bool:

@@ -8,7 +8,7 @@
 | `step`  | go on, and pause after the next action              |
 | `stop`  | end as by SIGTERM                                   |
 
-While it waits there is a file `held` as well: before, it is still busy with the action in which it was told to.
+Any other word lets it go on; a file without one is still being written. While it waits there is a file `held` as well: before, it is still busy with the action in which it was told to.
 */
 
 :- use_module(folder/run_folder, [run_file/3]).
@@ -46,15 +46,17 @@ obeyed("step", Folder) =>
 obeyed("stop", Folder) =>
     forget(Folder, hold),
     throw(stopped(term)).
-obeyed(_, Folder) =>
+obeyed("pause", Folder) =>
     setup_call_cleanup(write_word(Folder, held, yes), wait_for_another_word(Folder, Word), forget(Folder, held)),
-    ( Word == go -> true ; obeyed(Word, Folder) ).
+    obeyed(Word, Folder).
+obeyed(_, _) =>
+    true.
 
 wait_for_another_word(Folder, Word) :-
     look_again_s(Seconds),
     sleep(Seconds),
-    ( word_held(Folder, Now) -> true ; Now = go ),
-    ( memberchk(Now, ["step", "stop", go]) -> Word = Now ; wait_for_another_word(Folder, Word) ).
+    ( word_held(Folder, Now) -> true ; Now = "go" ),
+    ( memberchk(Now, ["pause", ""]) -> wait_for_another_word(Folder, Word) ; Word = Now ).
 
 write_word(Folder, Name, Word) :-
     run_file(Folder, Name, File),

@@ -10,6 +10,7 @@ from stack.tables import Table
 
 NotNegative = Annotated[float, Meta(ge=0)]
 Positive = Annotated[float, Meta(gt=0)]
+Range = Annotated[float, Meta(gt=0, le=1e5)]  # m: lateral shifts and what messages hold are beyond
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 HalfTurn = Annotated[float, Meta(ge=0, le=180)]
 Vector3 = tuple[float, float, float]
@@ -163,7 +164,7 @@ class PoseDraw(Table, frozen=True):
         Share of the search range (docs/architecture.md) that the seed pose's error is drawn from.
     """
 
-    range_m: tuple[Positive, Positive] | None = None
+    range_m: tuple[Range, Range] | None = None
     orientation: Literal["views", "uniform"] = "views"
     tilt_deg: tuple[HalfTurn, HalfTurn] = (20.0, 50.0)
     roll_deg: HalfTurn = 30.0

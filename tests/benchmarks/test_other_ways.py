@@ -4,6 +4,7 @@ import pytest
 
 from benchmarks import other_ways
 from benchmarks.other_ways import counted, rows
+from vision_server.trust.other_hand import WAYS
 
 
 @pytest.fixture(autouse=True)
@@ -19,7 +20,7 @@ def test_a_cube_is_the_same_every_way() -> None:
 
 
 def test_a_bracket_is_held_against_its_mirrors(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(other_ways, "WAYS", other_ways.WAYS[2:4])  # of all, one mirrored and one turned
+    monkeypatch.setattr(other_ways, "WAYS", WAYS[2:4])  # of all, one mirrored and one turned
     true, *others = rows("angle", 1)
     assert true["true"]
     assert true["right"]

@@ -7,6 +7,8 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import pyarrow as pa
+import pyarrow.parquet as pq
 import pytest
 
 from bridge.errors import BadInput, DeviceError
@@ -94,6 +96,23 @@ def test_a_file_that_is_no_table_is_refused(tmp_path: Path) -> None:
     opened(tmp_path).close()
     (tmp_path / "out" / RESULTS).write_text("something else")
     with pytest.raises(BadInput, match="is no Parquet table"):
+        opened(tmp_path)
+
+
+@pytest.mark.parametrize("lost", ["status", "key"])
+def test_a_table_without_one_of_its_columns_is_refused(tmp_path: Path, lost: str) -> None:
+    table = opened(tmp_path)
+    table.append(some_rows(tmp_path, 1))
+    table.merge()
+    table.close()
+    file = tmp_path / "out" / RESULTS
+    whole = pq.read_table(file)
+    pq.write_table(whole.drop_columns([lost]), file)
+    with pytest.raises(BadInput, match=f"has no column {lost}"):
+        opened(tmp_path)
+    place = whole.column_names.index(lost)
+    pq.write_table(whole.set_column(place, lost, pa.array([[lost]])), file)
+    with pytest.raises(BadInput, match=f"has a column {lost} that is not of"):
         opened(tmp_path)
 
 

@@ -1,5 +1,7 @@
 """Projection agrees with OpenCV, and undistortion undoes it."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -111,3 +113,9 @@ def test_the_camera_of_a_smaller_image_sees_the_same() -> None:
     small = LENS.scaled(0.25)
     assert (small.width, small.height) == (160, 120)
     np.testing.assert_allclose((small.project(points()) + 0.5) / 0.25 - 0.5, LENS.project(points()))
+
+
+@pytest.mark.parametrize("distortion", [(-1.4, 0.0, 0.0, 0.0, 0.0), (100.0, 1.0, 0.0, 0.0, 0.0)])
+def test_a_distortion_that_cannot_be_undone_is_refused(distortion: tuple[float, ...]) -> None:
+    with pytest.raises(GeometryError, match=r"distortion cannot be undone at 0, 0 px"):
+        replace(LENS, distortion=distortion)

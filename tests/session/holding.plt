@@ -26,6 +26,19 @@ test(steps_once, [setup(folder(Folder)), cleanup(delete_directory_and_contents(F
     thread_join(Session, true),
     left(Folder, Left).
 
+%   A file that is still empty says nothing yet; a word that is none of ours lets it go on.
+test(goes_on_at_another_word, [setup(folder(Folder)), cleanup(delete_directory_and_contents(Folder)), true(Left == [hold])]) :-
+    write_hold(Folder, pause),
+    thread_create(session_holding:wait_while_held(Folder), Session),
+    await(file_in(Folder, held)),
+    write_hold(Folder, ''),
+    sleep(0.3),
+    assertion(file_in(Folder, held)),
+    write_hold(Folder, go),
+    thread_join(Session, true),
+    session_holding:wait_while_held(Folder),
+    left(Folder, Left).
+
 test(stops_while_it_waits, [ setup(folder(Folder)), cleanup(delete_directory_and_contents(Folder)),
                              true(Status-Left == exception(stopped(term))-[]) ]) :-
     write_hold(Folder, pause),

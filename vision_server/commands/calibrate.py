@@ -8,7 +8,7 @@ from pathlib import Path
 from bridge.command_line import number, output_file
 from bridge.errors import BadInput
 from vision_server.commands.files import write_file, write_picture
-from vision_server.commands.options import picture_file, warn
+from vision_server.commands.options import check_outputs, picture_file, warn
 
 GOOD_RMS_PX = 0.5  # of a sharp board and a lens that the model fits; beyond, poses are as wrong
 GOOD_FOCAL_SD = 0.005  # of the focal length, which the range is off by
@@ -41,6 +41,7 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> None:
     """Calibrate, or draw."""
+    check_outputs(options, ["images"], ["out", "board"])
     corners = _counted(options.corners)
     if options.board is not None:
         _draw(options, corners)

@@ -13,7 +13,7 @@ from bridge.command_line import output_file, whole_number
 from bridge.errors import BadInput
 from vision_server.baselines import MERGE_RULES
 from vision_server.commands.files import exposures_of, warn_of_movement, write_file, write_picture
-from vision_server.commands.options import add_colour, add_exposures, picture_file, warn
+from vision_server.commands.options import add_colour, add_exposures, check_outputs, picture_file, warn
 
 if TYPE_CHECKING:
     from numerics.arrays import Field, Floats
@@ -69,6 +69,7 @@ def run(options: Namespace) -> None:
     from vision_server.kinds.kinds import UNKNOWN, different, edge_kinds
     from vision_server.kinds.likelihoods import FIXED, KINDS
 
+    check_outputs(options, ["images"], ["out", "magnitude", "kinds", "npz"])
     pictures = read_image_set(options.images, Raw(options.bits, options.bayer), options.colour)
     pixels = [picture.pixels for picture in pictures]
     shallow = [picture for picture in pictures if not is_deep(picture.pixels)]

@@ -19,6 +19,7 @@ from vision_server.commands.options import (
     add_gamma,
     add_model_and_camera,
     add_seed,
+    check_outputs,
     picture_file,
     warn,
 )
@@ -53,6 +54,7 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
     from vision_server.serve.results import estimate_result
 
     _check_use(options)
+    check_outputs(options, ["images", "model", "camera", "seed_pose"], ["overlay"])
     given = read_camera_file(options.camera)
     camera, table = given.camera, given.table
     model = read_model(options.model, options.unit)

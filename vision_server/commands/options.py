@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import sys
-from argparse import ArgumentParser
+from argparse import ArgumentParser, Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -73,11 +74,35 @@ def picture_file(word: str) -> Path:
         As `output_file`, or pictures of the kind that it says cannot be written.
     """
     import cv2
+    import numpy as np
 
     file = output_file(word)
-    if file.suffix and not cv2.haveImageWriter(file.name):
+    try:
+        written = cv2.haveImageWriter(file.name) and all(
+            cv2.imencode(file.suffix, np.zeros(shape, np.uint8))[0] for shape in ((8, 8), (8, 8, 3))
+        )
+    except cv2.error:  # GIF, of greys
+        written = False
+    if file.suffix and not written:
         raise BadInput(f"Cannot write pictures of the kind {file.suffix!r}.", "Name it something.png.")
     return file
+
+
+def check_outputs(options: Namespace, inputs: Sequence[str], outputs: Sequence[str]) -> None:
+    """Raise BadInput where a file that is to be written is one that is read, or two are one file.
+
+    ``inputs`` and ``outputs`` name options, each with a path, a list of paths or None.
+    """
+    taken: dict[Path, str] = {}
+    for name in (*inputs, *outputs):
+        value = getattr(options, name)
+        for word in value if isinstance(value, list) else [value]:
+            if word is None or ((file := Path(word)).exists() and not file.is_file()):  # as /dev/null
+                continue
+            place = file.resolve()
+            if name in outputs and place in taken:
+                raise BadInput(f"Cannot write {file} as --{name}: it is {taken[place]}.", "Name another.")
+            taken[place] = "read as well" if name in inputs else f"--{name} as well"
 
 
 def told_edge_radius(option: float | None, given: GivenCamera, model: Model) -> float | None:

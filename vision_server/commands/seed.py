@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from bridge.command_line import number, output_file, whole_number
 from bridge.errors import BadInput
 from vision_server.commands.files import check_image_size, write_file, write_overlay
-from vision_server.commands.options import add_model_and_camera, picture_file, warn
+from vision_server.commands.options import add_model_and_camera, check_outputs, picture_file, warn
 
 if TYPE_CHECKING:
     from geometry.camera import Camera
@@ -77,6 +77,7 @@ def _read(options: Namespace) -> _Scene:
     from vision_server.channels.image_files import read_grey
     from vision_server.serve.inputs import model_warning, read_camera, read_model, told_raw
 
+    check_outputs(options, ["image", "model", "camera", "points"], ["out", "overlay"])
     camera, table = read_camera(options.camera)
     model = read_model(options.model, options.unit)
     grey = stretched(read_grey(options.image, told_raw(table)))

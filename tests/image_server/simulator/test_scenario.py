@@ -30,6 +30,7 @@ def test_conditions_change_a_scenario() -> None:
         ("sunlight = 1", "unknown key `sunlight`"),
         ("[sun]\nangel_deg = [1.0, 2.0]", r"unknown key `angel_deg` in \[sun\]"),
         ("ambient_scale = -1.0", r">= 0.*\[ambient_scale\]"),
+        ("[pose]\nrange_m = [1e6, 1e6]", r"range_m"),
         ("[pose]\nrange_m = [1.0, 0.5]", r"\[pose\] range_m runs from 1 down to 0.5"),
         (
             "[background]\nkind = 'forest'",
