@@ -57,9 +57,7 @@ def pratt_merit(distance: Floats, true_count: int) -> float:
     return float(np.sum(1.0 / (1.0 + PRATT_SCALE * distance**2)) / max(len(distance), true_count, 1))
 
 
-def edge_quality(
-    magnitude: Field, outline: Flags, ignored: Flags
-) -> EdgeQuality:
+def edge_quality(magnitude: Field, outline: Flags, ignored: Flags) -> EdgeQuality:
     """Quality of thinned edges against known outlines.
 
     Parameters

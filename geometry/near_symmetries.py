@@ -163,9 +163,7 @@ def _on_some_line(points: Floats, start: Floats, direction: Floats, tolerance: f
     return out
 
 
-def _brought_back(
-    wires: _Wireframe, closer: _Wireframe, axis: Floats, middle: Floats
-) -> dict[float, _Back]:
+def _brought_back(wires: _Wireframe, closer: _Wireframe, axis: Floats, middle: Floats) -> dict[float, _Back]:
     """What turns about an axis through a place (3,) bring back, by their part of a full turn.
 
     Those turns that stand out, of all multiples of n-fold ones that do.
