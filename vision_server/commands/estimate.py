@@ -101,7 +101,12 @@ def _say_why(
     """Say why there is no pose, or why what there is is hardly believed."""
     from vision_server.channels.image_files import shows_more_in_colour
     from vision_server.commands.no_pose import why_hardly_believed, why_no_pose
+    from vision_server.matching.match import Anywhere
+    from vision_server.serve.inputs import range_warning
 
+    told = start if isinstance(start, Anywhere) else Anywhere()
+    if estimate.pose is not None and (elsewhere := range_warning(model, estimate.pose, told)) is not None:
+        warn(elsewhere)
     doubt = why_hardly_believed(estimate)
     if estimate.pose is not None and doubt is None:
         return

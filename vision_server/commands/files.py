@@ -147,7 +147,7 @@ def started_at(options: Namespace, model: Model, given: GivenCamera) -> Pose | A
     seed_pose = None if options.seed_pose is None else read_seed_pose(options.seed_pose, model)
     if (doubt := model_warning(model, given.camera, seed_pose)) is not None:
         warn(doubt)
-    return given.anywhere() if seed_pose is None else seed_pose
+    return given.anywhere(model) if seed_pose is None else seed_pose
 
 
 def write_overlay(

@@ -13,6 +13,7 @@ from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from numerics.arrays import Flags, Floats
 from vision_server.matching.views import Views, longest_straight_m
 
+SEEN_SIZE_SHARES = (0.02, 4.0)  # of the target, over the frame's smaller side: beyond, nothing is told apart
 TOLD_VIEW_DEG = 50.0  # around a direction of view that is told; chosen by hand
 
 # By hand: poses that are closer than so many degrees and that share of the range are one hypothesis, or have

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from bridge.errors import BadInput
+from bridge.messages import TargetDescription
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model, size_meant
@@ -19,13 +20,14 @@ from geometry.pose import Pose
 from stack.format import CAMERA_ADVICE, GivenTargetTable, camera_file
 from stack.tables import read_content, read_toml
 from vision_server.channels.depth import Raw
-from vision_server.matching.match import Anywhere
+from vision_server.matching.match import SEEN_SIZE_SHARES, Anywhere
 
 # Chosen by hand where nothing else is said.
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
 MOST_ROUNDED = 0.1  # of the target's size: lines of what is rounder are no edges any more
 MOST_TOLERANCE = 0.05  # of the target's size: what is so far off is another part
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
+FARTHER = 1.1  # than was told, times: what is told is rough
 NEAREST = 1e-6  # of the target's size: nearer to its middle a camera has no direction from which it looks
 
 
@@ -50,18 +52,9 @@ class GivenCamera:
     table: dict[str, Any]
     target: GivenTargetTable
 
-    def anywhere(self) -> Anywhere:
-        """What ``[target]`` tells where there is no seed pose: ``range_m`` and ``view``.
-
-        Raises
-        ------
-        BadInput
-            They are no distances, or no direction.
-        """
-        try:
-            return Anywhere(self.target.range_m, self.target.view)
-        except GeometryError as error:
-            raise BadInput(f"{self.path}: [target]: {error}.", CAMERA_ADVICE) from error
+    def anywhere(self, model: Model) -> Anywhere:
+        """What ``[target]`` tells where there is no seed pose; raises as `told_anywhere`."""
+        return told_anywhere(self.target, model, self.camera, f"{self.path}: [target]")
 
     def tolerance_m(self, model: Model) -> float | None:
         """``[target] tolerance_m``: how far lines of the part may be off the model's; None if untold."""
@@ -218,6 +211,45 @@ def read_model(path: Path, unit: str = "m") -> Model:
 def picture_px(model: Model, camera: Camera, seed_pose: Pose) -> float:
     """How large a model in front of the camera is in its image, px."""
     return float(model.diameter * camera.fx / seed_pose.apply(model.middle[None])[0, 2])
+
+
+def told_anywhere(
+    target: GivenTargetTable | TargetDescription, model: Model, camera: Camera, whose: str
+) -> Anywhere:
+    """What is told of a target of which there is no seed pose.
+
+    Raises
+    ------
+    BadInput
+        No distances, or no direction; distances from which the model would not be seen in the frame.
+    """
+    try:
+        told = Anywhere(target.range_m, target.view)
+    except GeometryError as error:
+        raise BadInput(f"{whose}: {error}.", CAMERA_ADVICE) from error
+    if told.range_m is not None:
+        largest, smallest = (model.diameter * camera.fx / range_m for range_m in told.range_m)
+        least, most = (share * min(camera.width, camera.height) for share in SEEN_SIZE_SHARES)
+        if largest < least or smallest > most:
+            raise BadInput(
+                f"{whose}: range_m = [{told.range_m[0]:g}, {told.range_m[1]:g}]: the model is"
+                f" {model.diameter:.3g} m across and would be {smallest:.3g} to {largest:.3g} px wide.",
+                "Give metres, and check the unit of the model (--unit).",
+            )
+    return told
+
+
+def range_warning(model: Model, pose: Pose, told: Anywhere) -> str | None:
+    """What to say of a pose at another distance than was told: sizes in the image tell no unit."""
+    if told.range_m is None:
+        return None
+    away = float(np.linalg.norm(pose.apply(model.middle[None])))
+    if told.range_m[0] / FARTHER <= away <= told.range_m[1] * FARTHER:
+        return None
+    return (
+        f"the pose is {away:.3g} m away; [target] range_m says {told.range_m[0]:g} to {told.range_m[1]:g} m. "
+        "The unit of the model (--unit), fx of the camera or range_m is wrong."
+    )
 
 
 def model_warning(model: Model, camera: Camera, seed_pose: Pose | None) -> str | None:

@@ -12,6 +12,7 @@ import msgspec
 from bridge.errors import BadInput
 from bridge.messages import CameraDescription, Describe, TargetDescription, Unit
 from bridge.start_messages import StartArgs
+from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model
 from geometry.pose import Pose, search_translation_px
@@ -27,6 +28,7 @@ from vision_server.serve.inputs import (
     read_camera_file,
     read_model,
     read_seed_pose,
+    told_anywhere,
     told_raw,
 )
 from vision_server.serve.recorder import Recorder
@@ -83,7 +85,7 @@ def open_task(
     used = used_camera(given, describe.camera, whose)
     camera, table = used.camera, used.table
     gain, gamma = (float(table.get(key, getattr(describe.camera, key, 1.0))) for key in ("gain", "gamma"))
-    anywhere = _anywhere(given, describe)
+    anywhere = _anywhere(given, describe, model, camera)
     seed_pose = _seed_pose(args, describe, model)
     reach_px = search_translation_px(camera.width)
     settings = PipelineSettings(
@@ -144,15 +146,12 @@ def _seed_pose(args: StartArgs, describe: Describe, model: Model) -> Pose | None
         raise BadInput(f"{whose}: {error}.") from error
 
 
-def _anywhere(given: GivenCamera | None, describe: Describe) -> Anywhere:
+def _anywhere(given: GivenCamera | None, describe: Describe, model: Model, camera: Camera) -> Anywhere:
     """What narrows the search without a seed pose: the camera file's [target], or what is described."""
-    told = Anywhere() if given is None else given.anywhere()
+    told = Anywhere() if given is None else given.anywhere(model)
     if told != Anywhere() or describe.target is None:
         return told
-    try:
-        return Anywhere(describe.target.range_m, describe.target.view)
-    except GeometryError as error:
-        raise BadInput(f"The image server's target: {error}.") from error
+    return told_anywhere(describe.target, model, camera, "The image server's target")
 
 
 def _tolerance(given: GivenCamera | None, describe: Describe, model: Model) -> float:

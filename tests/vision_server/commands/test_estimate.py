@@ -196,6 +196,7 @@ def test_of_a_large_frame_that_part_is_looked_at_where_the_target_can_be(folder:
         (["a.png"], {"seed_pose": None, "translation-range-px": "5"}, "--translation-range-px is how far"),
         (["a.png"], {"gamma": "0"}, "gamma"),
         (["a.png"], {"camera": "loose.toml"}, "tolerance_m must be a number from 0 to"),
+        (["a.png"], {"camera": "millimetres.toml", "seed_pose": None}, "range_m = [400, 440]"),
         (["a.png"], {"camera": "range.toml"}, "unknown key `range` in [target]. Did you mean range_m?"),
         (
             ["a.png"],
@@ -215,6 +216,7 @@ def test_bad_input_is_one_plain_line(
     write_pose(folder / "behind.toml", [0.0, 0.0, 0.0], [0.0, 0.0, -1.0])
     camera = (folder / "camera.toml").read_text()
     (folder / "loose.toml").write_text(camera + "[target]\ntolerance_m = -0.001\n")
+    (folder / "millimetres.toml").write_text(camera + "[target]\nrange_m = [400, 440]\n")
     (folder / "range.toml").write_text(camera + "[target]\nrange = [0.5, 2.0]\n")
     (folder / "misspelt.toml").write_text(camera.replace("distortion", "distorsion"))
     done = estimate(folder, *images, **options)
@@ -237,6 +239,17 @@ def test_without_a_seed_pose_all_poses_that_fit_are_told(folder: Path) -> None:
     assert sum(probabilities) <= 1.0
     assert result["score"] <= probabilities[0] + 1e-9
     assert "free" not in result
+
+
+@pytest.mark.parametrize(("range_m", "said"), [([0.4, 0.44], False), ([0.8, 0.9], True)])
+def test_a_pose_at_another_distance_than_was_told_is_said(
+    folder: Path, range_m: list[float], said: bool
+) -> None:
+    text = (folder / "camera.toml").read_text()
+    (folder / "told.toml").write_text(f"{text}[target]\nrange_m = {range_m}\n")
+    done = estimate(folder, "a.png", seed_pose=None, camera="told.toml", json="")
+    assert done.returncode == 0, done.stderr
+    assert ("m away; [target] range_m says" in done.stderr) == said
 
 
 def test_a_wrong_unit_is_what_is_said_with_a_seed_pose_and_without(folder: Path) -> None:

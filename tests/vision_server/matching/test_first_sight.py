@@ -16,6 +16,7 @@ from tests.vision_server.synthetic import one_image
 from vision_server.matching import Anywhere
 from vision_server.matching.first_sight import match_anywhere
 from vision_server.matching.looks import Look
+from vision_server.matching.match import SEEN_SIZE_SHARES
 from vision_server.matching.templates import Templates, sizes_px, templates, vote
 from vision_server.segments.extraction import extract_segments
 
@@ -118,6 +119,13 @@ def test_no_grid_is_for_one_size_beside_others(
     least, most = (1.0, 1.3 / 0.18) if range_m is None else range_m
     assert whole[0] / whole[-1] == pytest.approx(most / least)
     np.testing.assert_allclose(np.diff(np.log(whole), 2), 0.0, atol=1e-9)
+
+
+def test_no_size_is_tried_at_which_nothing_can_be_told() -> None:
+    sizes = np.concatenate(sizes_px(CAMERA, 0.2, Anywhere((1e-3, 1e3))))
+    side = min(CAMERA.width, CAMERA.height)
+    assert sizes[0] == pytest.approx(SEEN_SIZE_SHARES[1] * side)
+    assert sizes[-1] == pytest.approx(SEEN_SIZE_SHARES[0] * side)
 
 
 def test_templates_turn_and_foreshorten_as_the_camera_sees() -> None:

@@ -126,7 +126,7 @@ def test_each_file_projects_as_its_program_does(
     true = expected("fisheye" if lens in ("fisheye", "equidistant") else "pinhole", coefficients)
     np.testing.assert_allclose(seen, true, atol=1e-6)
     np.testing.assert_allclose(camera.undistort_points(seen), camera.ideal.project(points()), atol=1e-6)
-    assert read_camera_file(path).anywhere().range_m is None
+    assert read_camera_file(path).target.range_m is None
 
 
 @pytest.mark.parametrize(

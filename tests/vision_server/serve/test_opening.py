@@ -40,6 +40,9 @@ def test_what_is_known_narrows_the_search(tmp_path: Path) -> None:
     assert isinstance(opened(tmp_path, seed_pose=SEED).seed_pose, Pose)
     with pytest.raises(BadInput, match="range_m"):
         opened(tmp_path, range_m=(2.0, 0.5))
+    for file in ("[target]\nrange_m = [400, 800]", ""):  # millimetres
+        with pytest.raises(BadInput, match=r"range_m = \[400, 800\]: the model is .* and would be 0\.\d+ to"):
+            opened(tmp_path, file, range_m=(400.0, 800.0))
 
 
 def test_a_camera_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
