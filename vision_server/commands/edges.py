@@ -96,7 +96,8 @@ def run(options: Namespace) -> None:
             if (moved := moved_since(seen[:number], seen[number])) is not None:
                 warn_of_movement(picture, moved)
         if len(different(channels)) > 1 or asked:
-            kinds = edge_kinds(channels, levels)
+            several = len(pictures) > len(options.images)
+            kinds = edge_kinds(channels, levels, [one.number for one in pictures] if several else None)
             edges = kinds.of_kinds([KINDS.index(options.kind)] if options.kind else FIXED)
             if asked and kinds.levels == UNKNOWN:
                 warn(LEVELS_UNKNOWN)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from geometry.model import Model
     from geometry.pose import Pose
     from numerics.arrays import Grey
+    from vision_server.channels.depth import Pixels
     from vision_server.channels.image_files import Picture
     from vision_server.edges.moved import Movement
     from vision_server.image_set import ImageSet
@@ -79,19 +80,35 @@ def exposures_of(options: Namespace, pictures: Sequence[Picture], gamma: Sequenc
     from vision_server.channels.noise import SATURATED_GREY
     from vision_server.channels.overexposure import overexposures
 
-    if options.exposures is not None or len(options.images) < 2 or len(pictures) > len(options.images):
+    if options.exposures is not None or len(options.images) < 2:
         told = parse_exposures(options.exposures, len(options.images))
         return [told[picture.number] for picture in pictures]
-    found = overexposures([picture.pixels for picture in pictures], gamma)
-    for picture, exposure in zip(pictures, found, strict=True):
-        if exposure > 1.0 and rounded(picture.pixels).min() >= SATURATED_GREY:
-            warn(f"{picture} is white all over and shows no edge.")
+    bands: dict[int, list[Picture]] = {}
+    for picture in pictures:
+        bands.setdefault(picture.number, []).append(picture)
+    greys = [_mean_of(colours) for colours in bands.values()]
+    curves = [gamma[pictures.index(colours[0])] for colours in bands.values()]
+    found = overexposures(greys, curves)
+    for colours, grey, exposure in zip(bands.values(), greys, found, strict=True):
+        file = colours[0].file
+        if exposure > 1.0 and rounded(grey).min() >= SATURATED_GREY:
+            warn(f"{file} is white all over and shows no edge.")
         elif exposure > 1.0:
             warn(
-                f"{picture} is brighter than all others and counts as exposed"
+                f"{file} is brighter than all others and counts as exposed"
                 f" {exposure:.1f} times as long. Give --exposures where they are known."
             )
-    return found
+    return [found[picture.number] for picture in pictures]
+
+
+def _mean_of(colours: Sequence[Picture]) -> Pixels:
+    """The grey of an image's colours, of their depth."""
+    import numpy as np
+
+    if len(colours) == 1:
+        return colours[0].pixels
+    mean: Pixels = np.mean([one.pixels for one in colours], axis=0).astype(colours[0].pixels.dtype)
+    return mean
 
 
 def parse_exposures(text: str | None, count: int) -> list[float]:

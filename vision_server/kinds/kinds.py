@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.errors import BadInput
-from numerics.arrays import Field, Floats, Grey, Reals
+from numerics.arrays import Field, Floats, Grey, Ints, Reals
 from numerics.kernels import kernel
 from numerics.logarithm import ONE, ZERO
 from vision_server.channels.channel import ChannelStatistics
@@ -44,7 +44,7 @@ from vision_server.kinds.fading import with_fading
 from vision_server.kinds.falling import Falling, learn_falling
 from vision_server.kinds.ground import ONE as ONE_SIDE
 from vision_server.kinds.learnt_lights import learnt_lights
-from vision_server.kinds.light_parts import KnownLights, apparent_parts, known_lights, parts_of
+from vision_server.kinds.light_parts import KnownLights, apparent_parts, known_lights, lights_of, parts_of
 from vision_server.kinds.likelihoods import FIXED, KINDS, NOISE, OUTLINE, SHADOW, likelihoods
 from vision_server.kinds.sides import DARK_GREY, Sides, evenly_weighted, sides_of
 
@@ -169,13 +169,20 @@ def _shares_of_kinds(likely: Field) -> Floats:
     return share
 
 
-def edge_kinds(channels: Sequence[ChannelStatistics], levels: Floats | None = None) -> EdgeKinds:
+def edge_kinds(
+    channels: Sequence[ChannelStatistics],
+    levels: Floats | None = None,
+    images: Sequence[int] | None = None,
+) -> EdgeKinds:
     """The edgels of a set of at least two channels, and their kinds; one that is given twice counts once.
 
     Parameters
     ----------
     levels
         float64 (C, L), of the lamps in each channel, as a share of the full one, where they are known.
+    images
+        Number of the image that each channel is of, where colours of one image are channels of their own:
+        they are of one light.
 
     Raises
     ------
@@ -189,7 +196,8 @@ def edge_kinds(channels: Sequence[ChannelStatistics], levels: Floats | None = No
     # the noise of one channel tells nothing of another's: that of their mean is so much smaller
     floor_ratio = MEAN_FLOOR_RATIO / math.sqrt(len(used))
     edges = merge_channels([evenly_weighted(channels[number]) for number in used], floor_ratio)
-    return kinds_of(with_fading(edges), None if levels is None else levels[used], tuple(used))
+    told, of = (None if one is None else np.asarray(one)[used] for one in (levels, images))
+    return kinds_of(with_fading(edges), told, tuple(used), of)
 
 
 def different(channels: Sequence[ChannelStatistics]) -> list[int]:
@@ -243,16 +251,19 @@ def _shares(
 
 
 def kinds_of(
-    edges: EdgeMap, levels: Floats | None = None, used: tuple[int, ...] = ()
+    edges: EdgeMap, levels: Floats | None = None, used: tuple[int, ...] = (), images: Ints | None = None
 ) -> EdgeKinds:
-    """The kinds of the edgels of a merged set, of which ``used`` says which of some channels it is of."""
+    """The kinds of the edgels of a merged set, of which ``used`` says which of some channels it is of.
+
+    ``levels`` and ``images`` are those of these, as in `edge_kinds`.
+    """
     sides = sides_of(edges)
     if len(edges) == 0:
         none = np.zeros((len(KINDS), 0)), np.full(len(KINDS), 1.0 / len(KINDS))
         return EdgeKinds(edges, sides, *none, used, _levels_from(levels, None))
     background = background_of(edges, sides)
     is_wall = background.wall is not None
-    lights = learnt_lights(sides, is_wall) if levels is None else known_lights(levels)
+    lights = _learnt(sides, is_wall, images) if levels is None else known_lights(levels)
     if levels is not None and lights is not None and lights.share is None:
         lights = lamps_in_the_dark(levels, sides) or lights
     falling = _falling_of(sides, background, lights)
@@ -273,6 +284,15 @@ def kinds_of(
         left_out = np.flatnonzero((edges.mass == 0.0) & (background.met != ONE_SIDE))
         probability[:, left_out] = np.eye(len(KINDS))[:, [NOISE]]
     return EdgeKinds(edges, sides, probability, share, used, found)
+
+
+def _learnt(sides: Sides, is_wall: bool, images: Ints | None) -> KnownLights | None:
+    """The lamps that the images tell of, by the mean of what the colours of one image show."""
+    if images is None:
+        return learnt_lights(sides, is_wall)
+    _, number = np.unique(images, return_inverse=True)
+    lights = learnt_lights(sides.mean_of(number), is_wall) if number.max() else None
+    return None if lights is None else lights_of(lights.on[number])._replace(are_all=lights.are_all)
 
 
 def _levels_from(levels: Floats | None, lights: KnownLights | None) -> str:

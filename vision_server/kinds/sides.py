@@ -73,6 +73,16 @@ class Sides(NamedTuple):
         return Sides(near, brightest, noise, known, self.axis[edgels], self.dark, sharpness)
 
 
+    def mean_of(self, number: Ints) -> Sides:
+        """The means of channels that have the same number, (C,) from 0 on: known where all of them are."""
+        share = (number == np.arange(number.max() + 1)[:, None]).astype(np.float32)
+        known = np.array([self.known[one > 0.0].all(axis=0) for one in share])
+        share /= share.sum(axis=1, keepdims=True)
+        near, brightest = (np.tensordot(share, of, 1) for of in (self.near, self.brightest))
+        noise = np.sqrt(share**2 @ self.noise**2)
+        return self._replace(near=near, brightest=brightest, noise=noise, known=known)
+
+
 class FlatGrey(NamedTuple):
     """The intensities of a channel, which are looked up pixel by pixel: `ChannelStatistics.linear`, flat.
 

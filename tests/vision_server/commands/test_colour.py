@@ -86,6 +86,18 @@ def test_levels_and_exposures_are_told_for_files_and_count_for_their_channels(fo
     assert len(json.loads(done.stdout)["step"][0]) == 6
 
 
+def test_an_overexposed_image_is_said_once_for_all_its_colours(tmp_path: Path, folder: Path) -> None:
+    for name, share in (("a.png", 0.25), ("b.png", 0.24), ("c.png", 1.0)):
+        pixels = cv2.imread(str(folder / "f0.png"), cv2.IMREAD_COLOR)
+        assert pixels is not None
+        cv2.imwrite(str(tmp_path / name), np.round(share * pixels).astype(np.uint8))
+    files = [tmp_path / name for name in ("a.png", "b.png", "c.png")]
+    done = command("vision_server", "edges", "--out", tmp_path / "edges.png", "--colour", "each", *files)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr.count("is brighter than all others") == 1
+    assert f"{tmp_path / 'c.png'} is brighter" in done.stderr
+
+
 def test_what_is_grey_in_colour_is_one_image(tmp_path: Path, folder: Path) -> None:
     grey = read_pixels(folder / "f0.png", "red")
     for name, pixels in (("plain.png", grey), ("three.png", np.stack([grey] * 3, axis=-1))):

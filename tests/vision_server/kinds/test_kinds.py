@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from bridge.errors import BadInput
+from bridge.messages import Settings
+from image_server.simulator.simulator import Simulator
 from numerics.arrays import Floats
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
@@ -16,7 +18,7 @@ from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.merging import merge_channels
 from vision_server.kinds.background import Background, background_of
 from vision_server.kinds.densities import sum_of_logs
-from vision_server.kinds.kinds import edge_kinds, fit_kinds, less_sure_shadows
+from vision_server.kinds.kinds import LEARNT, edge_kinds, fit_kinds, less_sure_shadows
 from vision_server.kinds.kinds_table import kinds_picture, kinds_table
 from vision_server.kinds.light_parts import known_lights
 from vision_server.kinds.likelihoods import (
@@ -318,6 +320,23 @@ def test_shadows_that_are_likely_have_the_root_of_their_odds_and_nothing_else_ch
     np.testing.assert_allclose(probability[CREASE, 0] / probability[PRINT, 0], 6.0)
     np.testing.assert_array_equal(probability[:, 1:], before[:, 1:])
     assert (probability.argmax(axis=0) == before.argmax(axis=0)).all()
+
+
+def test_colours_of_one_image_are_of_one_light() -> None:
+    """A lamp in each image in the dark is learnt from three images, not from nine."""
+    device, rng = Simulator("satellite", "eclipse", 4), np.random.default_rng(5)
+    greys = [device.capture(Settings(lamp, 1 / 60, 4.0)).pixels for lamp in np.diag([7, 7, 7]).tolist()]
+    colours = [
+        np.clip(share * grey + rng.normal(0.0, 1.0, grey.shape), 0, 255).astype(np.uint8)
+        for grey in greys
+        for share in (0.7, 1.0, 0.9)
+    ]
+    of_grey = edge_kinds([channel_statistics(grey) for grey in greys])
+    of_each = edge_kinds([channel_statistics(one) for one in colours], images=[0, 0, 0, 1, 1, 1, 2, 2, 2])
+    assert of_grey.levels == of_each.levels == LEARNT
+    for kind in (CREASE, SHADOW, HIGHLIGHT):
+        as_grey, as_each = (int((one.probability.argmax(axis=0) == kind).sum()) for one in (of_grey, of_each))
+        assert abs(as_each - as_grey) <= 0.25 * as_grey
 
 
 def test_some_edgels_have_the_same_sides_by_their_numbers_and_by_a_slice() -> None:
