@@ -27,6 +27,7 @@ DEEPEST_PRINT = 1.4  # deeper ones are rather ends of shadows
 SHORTER = 0.5  # times by how much the grey that is added to both sides shortens a print's, its sd
 CREASE_SD = 0.25  # of a crease from light to light
 BACKGROUND_SD = 0.4  # of the background from place to place
+EVEN_SD = 0.05  # of the background from light to light, where it is one that hardly changes
 # Of a scatter: the logarithm of its density about 0, sums of 1 / variance and of value / variance.
 ALONE, PRECISION, PULL = range(3)
 
@@ -100,12 +101,16 @@ def _scatter(of: Sides, dark: np.float32, background: np.float32, found: Field) 
             unsure[channel, i] = noise[channel, i] + of_shorter * shorter * shorter
     surface = SURFACE_SD**2
     behind, crease = _sums(darkness, noise, surface), _sums(ratios, noise, surface + CREASE_SD**2)
+    even_behind = _sums(darkness, noise, EVEN_SD**2)
     flat, uneven = _sums(ratios, unsure, FLAT_SD**2), _sums(ratios, noise, UNEVEN_SD**2)
     _about_a_mean(behind, BACKGROUND_SD, found[0])
     _about_a_mean(crease, PRINT_SD, found[1])
     _about_a_mean(flat, PRINT_SD, found[2])
     _about_a_mean(flat, FAINT_SD, found[3])
-    none, not_even = found[3], np.empty(count, np.float32)
+    outline, none = found[0], found[3]
+    even, not_even = np.empty(count, np.float32), np.empty(count, np.float32)
+    _about_a_mean(even_behind, BACKGROUND_SD, even)
     _about_a_mean(uneven, UNEVEN_SD, not_even)
     for i in range(count):
+        outline[i] = log_of_sum(outline[i], even[i]) + log_of(HALF)
         none[i] = log_of_sum(none[i], not_even[i]) + log_of(HALF)

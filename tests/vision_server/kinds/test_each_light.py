@@ -115,9 +115,13 @@ def test_scatters_are_gaussians_about_means_of_their_own(channels: int) -> None:
     shorter = sides.dark / (dim + sides.dark) - sides.dark / (brighter + sides.dark)
     flat = noise + FLAT_SD**2 + np.square(scatter.SHORTER * shorter)
     uneven = noise + scatter.UNEVEN_SD**2
+    behind = [
+        about_a_mean(darkness, noise + sd**2, scatter.BACKGROUND_SD)
+        for sd in (scatter.SURFACE_SD, scatter.EVEN_SD)
+    ]
     none = [about_a_mean(ratio, flat, scatter.FAINT_SD), about_a_mean(ratio, uneven, scatter.UNEVEN_SD)]
     expected = [
-        about_a_mean(darkness, surface, scatter.BACKGROUND_SD),
+        np.logaddexp(*behind) - math.log(2.0),
         about_a_mean(ratio, surface + scatter.CREASE_SD**2, scatter.PRINT_SD),
         about_a_mean(ratio, flat, scatter.PRINT_SD),
         np.logaddexp(*none) - math.log(2.0),

@@ -322,6 +322,13 @@ def test_shadows_that_are_likely_have_the_root_of_their_odds_and_nothing_else_ch
     assert (probability.argmax(axis=0) == before.argmax(axis=0)).all()
 
 
+def test_an_outline_stays_one_in_many_images_of_light_that_hardly_changes() -> None:
+    """A print, and the end of a shadow of a light that is on in all of them, would show the same there."""
+    light = 1.0 + 0.05 * np.cos(2.0 * np.pi * np.arange(30) / 10.0)
+    found = sides([(120.0 * light, 1.0 * light)])
+    assert kinds_of(found._replace(noise=0.5 * found.noise)) == [OUTLINE]
+
+
 def test_colours_of_one_image_are_of_one_light() -> None:
     """A lamp in each image in the dark is learnt from three images, not from nine."""
     device, rng = Simulator("satellite", "eclipse", 4), np.random.default_rng(5)
