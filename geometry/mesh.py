@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import GeometryError
-from geometry.gltf import must_be_uncompressed
+from geometry.gltf import must_be_plain
 from geometry.obj_polygons import NO_SUCH_POINT, cut_polygons
 from geometry.ply import must_be_few, read_ply
 from geometry.stl import checked_stl
@@ -45,7 +45,7 @@ def read_mesh(path: Path) -> Surface:
             content = checked_stl(path.read_bytes())
             mesh = trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
         else:
-            must_be_uncompressed(path.read_bytes())
+            must_be_plain(path.read_bytes())
             mesh = trimesh.load_mesh(path, process=False)
         if not isinstance(mesh, trimesh.Trimesh):
             mesh = mesh.to_mesh()

@@ -1,7 +1,5 @@
 """Meshes give the same wireframe whatever their format, and bad ones are refused in plain words."""
 
-import json
-import struct
 from pathlib import Path
 
 import numpy as np
@@ -138,25 +136,6 @@ def test_what_is_wrong_with_a_mesh_is_said_in_plain_words(
     (tmp_path / name).write_text(text)
     with pytest.raises(GeometryError, match=said):
         load_model(tmp_path / name)
-
-
-def test_a_gltf_file_whose_numbers_were_left_behind_is_told_so(tmp_path: Path) -> None:
-    trimesh.creation.box((0.1, 0.08, 0.06)).export(tmp_path / "box.gltf")
-    (tmp_path / "gltf_buffer_0.bin").unlink()
-    with pytest.raises(GeometryError, match=r"box.gltf needs the file gltf_buffer_0.bin, which is not"):
-        load_model(tmp_path / "box.gltf")
-
-
-@pytest.mark.parametrize("kind", ["glb", "gltf"])
-@pytest.mark.parametrize("name", ["KHR_draco_mesh_compression", "EXT_meshopt_compression"])
-def test_a_compressed_gltf_file_is_told_to_be_so(tmp_path: Path, kind: str, name: str) -> None:
-    """It would else have all of its points in one place."""
-    file = tmp_path / f"box.{kind}"
-    plain = json.dumps({"asset": {"version": "2.0"}, "extensionsRequired": [name]}).encode()
-    whole = b"glTF" + struct.pack("<IIII", 2, 20 + len(plain), len(plain), 0x4E4F534A) + plain
-    file.write_bytes(whole if kind == "glb" else plain)
-    with pytest.raises(GeometryError, match=rf"meshes are compressed \({name}\). Export it without"):
-        load_model(file)
 
 
 def test_a_text_stl_may_have_a_name_in_any_letters(tmp_path: Path) -> None:
