@@ -76,7 +76,7 @@ def _read_obj(path: Path) -> Any:
     """The mesh of an OBJ file, or what trimesh makes of several."""
     import trimesh
 
-    text = path.read_text(encoding="utf-8", errors="replace")
+    text = path.read_text(encoding="utf-8-sig", errors="replace")
     try:
         return trimesh.load_mesh(io.StringIO(cut_polygons(text)), file_type="obj", process=False)
     except GeometryError:

@@ -4,35 +4,39 @@ Readers cut polygons into fans, which is wrong for concave ones, and take `-1`, 
 last one of the file, which is wrong where points and faces take turns.
 """
 
+import re
+
 import numpy as np
 
 from geometry.errors import GeometryError
 from geometry.polygon import MOST_CORNERS, to_cut, triangulate
 
+COMMENT = re.compile("#.*")
 NO_SUCH_POINT = "a face names a point that the file does not have"
 
 
 def cut_polygons(text: str) -> str:
     """An OBJ file's text with its concave faces, and those of many corners, cut into triangles.
 
-    Indices that count back are counted from one. What cannot be cut, as a face whose sides cross, or is no
-    face at all, stays as it is.
+    Comments go, and words are one space apart: the reader of the text takes neither comments after a face
+    nor tabs. Indices that count back are counted from one. What cannot be cut, as a face whose sides cross,
+    or is no face at all, stays as it is.
 
     Raises
     ------
     GeometryError : a face of more than MOST_CORNERS corners, or of a point 0; no point at all.
     """
-    lines = text.replace("\\\n", " ").splitlines()
+    lines = COMMENT.sub("", text).replace("\\\n", " ").splitlines()
     points: list[list[str]] = []
     so_far = dict.fromkeys(("v", "vt", "vn"), 0)
     polygons: dict[int, tuple[list[str], list[int]]] = {}
-    for number, line in enumerate(lines):
-        words = line.split("#")[0].split()
-        if words[:1] == ["f"] and "-" in line:
+    for number, written in enumerate(lines):
+        words = written.split()
+        if words[:1] == ["f"] and "-" in written:
             words = ["f", *(_from_one(word, so_far) for word in words[1:])]
-            lines[number] = " ".join(words)
         elif words and words[0] in so_far:
             so_far[words[0]] += 1
+        line = lines[number] = " ".join(words)
         if words[:1] == ["v"]:
             points.append(words[1:4])
         elif words[:1] == ["f"] and " 0" in line and any(word.split("/")[0] == "0" for word in words):

@@ -138,6 +138,14 @@ def test_what_is_wrong_with_a_mesh_is_said_in_plain_words(
         load_model(tmp_path / name)
 
 
+def test_an_obj_file_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+    """Its first point was left out."""
+    text = trimesh.creation.box((0.1, 0.08, 0.06)).export(file_type="obj", header=None)
+    assert text.startswith("v ")
+    (tmp_path / "box.obj").write_text(text, encoding="utf-8-sig")
+    assert len(load_model(tmp_path / "box.obj").lines) == 12
+
+
 def test_a_text_stl_may_have_a_name_in_any_letters(tmp_path: Path) -> None:
     text = trimesh.creation.box((0.1, 0.08, 0.06)).export(file_type="stl_ascii")
     (tmp_path / "box.stl").write_bytes(text.replace("solid", "solid Gehäuse", 1).encode("latin-1"))

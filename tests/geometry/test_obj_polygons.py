@@ -1,5 +1,6 @@
 """Faces of an OBJ file that have many corners, or are concave."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -46,6 +47,33 @@ def test_indices_count_back_from_where_they_stand(tmp_path: Path) -> None:
     assert len(turns.lines) == len(whole.lines)
     np.testing.assert_allclose(turns.diameter, whole.diameter)
     assert areas(turns) == pytest.approx(areas(whole))
+
+
+@pytest.mark.parametrize(
+    ("written", "instead"),
+    [
+        (r"$", r" # as exported"),
+        (r"^(f.*)$", r"\1# \\"),
+        (r" ", "\t"),
+        (r" ", "  "),
+        (r"^", " \t"),
+        (r"$", r" \t"),
+        (r" (\S+)$", r" \\\n\1"),
+        (r"\A", "# of C:\\\\parts\\\\\n"),
+    ],
+)
+@pytest.mark.parametrize("word", ["{0}", "{1}", "{0}//1"])
+@pytest.mark.parametrize("ends", ["\n", "\r\n"])
+def test_a_file_is_the_same_with_other_spaces_and_with_comments(
+    tmp_path: Path, written: str, instead: str, word: str, ends: str
+) -> None:
+    file = tmp_path / "part.obj"
+    plain = prism(file, C_SHAPE, word)
+    text = re.sub(written, instead, file.read_text().strip(), flags=re.MULTILINE)
+    file.write_text(text + "\n", newline=ends)
+    other = load_model(file)
+    np.testing.assert_array_equal(other.vertices, plain.vertices)
+    np.testing.assert_array_equal(other.lines, plain.lines)
 
 
 @pytest.mark.slow
