@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
+import codecs
+import re
 import struct
 
 from geometry.errors import GeometryError
 
 HEADER, TRIANGLE = 84, 50  # bytes of a binary file: its head with the count, and each triangle
 STEP = b"ISO-10303-21"  # what such a file begins with
+SOLID = re.compile(rb"solid\b.*")  # or the end of `endsolid`, and a name
 
 
 def checked_stl(content: bytes) -> bytes:
-    """A whole binary STL without what follows its triangles, or a text one whose letters are all plain.
+    """A whole binary STL without what follows its triangles, or a text one without names.
 
     Raises
     ------
-    GeometryError : neither, or empty; a binary one that is cut short says by how much.
+    GeometryError : neither, or empty; one that is cut short, of a binary one by how much.
     """
     if not content.strip():
         raise GeometryError("it is empty")
@@ -25,13 +28,38 @@ def checked_stl(content: bytes) -> bytes:
     whole = HEADER + TRIANGLE * count
     if len(content) == whole:
         return content
-    if content.lstrip()[:5].lower() == b"solid":
-        return content.decode("utf-8", "replace").encode("ascii", "replace")
+    if _is_text(content):
+        return _whole_text(content)
     if count > 0 and whole < len(content):
         return content[:whole]
     if count == 0:
-        raise GeometryError("it is no STL file: it neither begins with `solid` nor counts triangles")
+        raise GeometryError(
+            "it is no STL file: it neither begins with `solid` and goes on as text, nor counts triangles"
+        )
     raise GeometryError(
         f"it was cut short, or is no STL file: of the {whole} bytes that its {count} triangles take it has "
         f"{len(content)}"
     )
+
+
+def _is_text(content: bytes) -> bool:
+    """Whether a file is a text STL: heads of binary ones often begin with `solid`, too.
+
+    These end with a count whose last byte is zero (of less than 16 million triangles), which no text has.
+    """
+    begins = content.removeprefix(codecs.BOM_UTF8).lstrip()[:5].lower()
+    return begins == b"solid" and content[HEADER - 1 : HEADER] != b"\0"
+
+
+def _whole_text(content: bytes) -> bytes:
+    """A text STL without names, in which any word may stand.
+
+    Raises
+    ------
+    GeometryError : one of its solids does not end.
+    """
+    text = b"\n".join(content.removeprefix(codecs.BOM_UTF8).lower().splitlines())
+    ends = [text.endswith(b"end", 0, found.start()) for found in SOLID.finditer(text)]
+    if ends != [False, True] * max(len(ends) // 2, 1):
+        raise GeometryError("it was cut short, or is no STL file: a `solid` of its text has no `endsolid`")
+    return SOLID.sub(b"solid", text)
