@@ -8,14 +8,21 @@ import msgspec
 from msgspec import Meta
 
 from bridge.errors import BadInput
-from bridge.messages import CameraDescription, LightDescription, PoseMessage, Settings, TargetDescription
+from bridge.messages import (
+    Aperture,
+    CameraDescription,
+    LightDescription,
+    PoseMessage,
+    Settings,
+    Shutter,
+    TargetDescription,
+)
 from stack.exposure import APERTURES, SHUTTERS_S
 from stack.tables import Table, as_table
 
 STACK_FILE = "stack.toml"
 
 NotNegative = Annotated[float, Meta(ge=0)]
-Positive = Annotated[float, Meta(gt=0)]
 Some = Meta(min_length=1)
 
 
@@ -48,8 +55,8 @@ class CameraTable(CameraDescription, frozen=True, kw_only=True):
         Share of the charge beyond the well that spills along the column.
     """
 
-    shutters_s: Annotated[tuple[Positive, ...], Some] = SHUTTERS_S
-    apertures: Annotated[tuple[Positive, ...], Some] = APERTURES
+    shutters_s: Annotated[tuple[Shutter, ...], Some] = SHUTTERS_S
+    apertures: Annotated[tuple[Aperture, ...], Some] = APERTURES
     defocus_sigma_px: NotNegative = 0.0
     motion_px_per_s: tuple[float, float] = (0.0, 0.0)
     prnu: Annotated[float, Meta(ge=0, le=0.5)] = 0.0

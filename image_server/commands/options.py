@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 Conditions = tuple[float | None, float | None, float | None, tuple[float, float] | None]
 """Ambient scale, light power, defocus (px) and motion (px/s), each instead of a file's."""
 
+STRONGEST = 1e9  # chosen by hand: times what a file says a number still
 AS_IN_THE_FILE: Conditions = (None, None, None, None)
 
 
@@ -94,11 +95,14 @@ def add_conditions(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--ambient-scale",
         metavar="FACTOR",
-        type=number(0),
+        type=number(0, STRONGEST),
         help="Strength of the sun instead of the one in the file; 0 is eclipse, 20 harsh.",
     )
     parser.add_argument(
-        "--light-power", type=number(0), metavar="FACTOR", help="Multiply the power of every light."
+        "--light-power",
+        type=number(0, STRONGEST),
+        metavar="FACTOR",
+        help="Multiply the power of every light.",
     )
     parser.add_argument(
         "--defocus-sigma-px",

@@ -4,16 +4,23 @@ from typing import Annotated, Literal
 
 from msgspec import Meta
 
+from bridge.messages import Coordinate, Vector3
 from image_server.simulator.material import MaterialChanges
 from stack.format import CameraTable
 from stack.tables import Table
 
-NotNegative = Annotated[float, Meta(ge=0)]
-Positive = Annotated[float, Meta(gt=0)]
-Range = Annotated[float, Meta(gt=0, le=1e5)]  # m: lateral shifts and what messages hold are beyond
+# Chosen by hand, beyond anything of use, so that what is made of them is finite and messages hold it; those
+# of lengths in metres also where `of_size` has multiplied them, at most by 37.5.
+NotNegative = Annotated[float, Meta(ge=0, le=1e9)]
+Positive = Annotated[float, Meta(ge=1e-9, le=1e9)]
+FARTHEST_M = 1e5  # lateral shifts are beyond
+Range = Annotated[float, Meta(gt=0, le=FARTHEST_M)]
+Place = Annotated[float, Meta(ge=-2e4, le=2e4)]  # m
+Focus = Annotated[float, Meta(ge=1e-3, le=2e4)]  # m
+FocalLength = Annotated[float, Meta(ge=1e-3, le=1e6)]  # mm
+FocalPixels = Annotated[float, Meta(ge=1, le=1e6)]
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 HalfTurn = Annotated[float, Meta(ge=0, le=180)]
-Vector3 = tuple[float, float, float]
 
 
 class Light(Table, frozen=True):
@@ -34,7 +41,7 @@ class Light(Table, frozen=True):
     """
 
     name: str
-    position: Vector3
+    position: tuple[Place, Place, Place]
     levels: Annotated[int, Meta(ge=1, le=65536)] = 8
     power: NotNegative = 1.0
     aim: Vector3 = (0.0, 0.0, 1.0)
@@ -68,15 +75,17 @@ class ScenarioCamera(CameraTable, frozen=True):
 
     width: Annotated[int, Meta(ge=8, le=8192)] = 640
     height: Annotated[int, Meta(ge=8, le=8192)] = 480
-    fx: Positive = 800.0
-    fy: Positive = 800.0
-    cx: float = 319.5
-    cy: float = 239.5
+    fx: FocalPixels = 800.0
+    fy: FocalPixels = 800.0
+    cx: Coordinate = 319.5
+    cy: Coordinate = 239.5
     gain: Positive = 2.0
+    gamma: Positive = 1.0
     read_noise_e: NotNegative = 6.0
-    focal_lengths_mm: Annotated[tuple[Positive, ...], Meta(min_length=1)] | None = None
+    full_well_e: Positive = 10000.0
+    focal_lengths_mm: Annotated[tuple[FocalLength, ...], Meta(min_length=1)] | None = None
     pixel_um: Positive = 10.0
-    focuses_m: Annotated[tuple[Positive, ...], Meta(min_length=1)] | None = None
+    focuses_m: Annotated[tuple[Focus, ...], Meta(min_length=1)] | None = None
     vignetting: Annotated[float, Meta(ge=0, le=8)] = 0.0
     glare: Annotated[float, Meta(ge=0, le=0.5)] = 0.0
 
@@ -103,7 +112,7 @@ class Sun(Table, frozen=True):
     """
 
     angle_deg: tuple[HalfTurn, HalfTurn] = (25.0, 60.0)
-    azimuth_deg: tuple[float, float] = (-180.0, 180.0)
+    azimuth_deg: tuple[Coordinate, Coordinate] = (-180.0, 180.0)
     direction: Vector3 | None = None
     glint: bool = False
     angular_diameter_deg: Annotated[float, Meta(ge=0, le=20)] = 0.53
@@ -207,7 +216,7 @@ class Time(Table, frozen=True):
     """
 
     seconds_per_capture: NotNegative = 0.0
-    sun_deg_per_s: float = 0.0
+    sun_deg_per_s: Coordinate = 0.0
     velocity_m_per_s: Vector3 = (0.0, 0.0, 0.0)
     spin_deg_per_s: Vector3 = (0.0, 0.0, 0.0)
     sun_event_deg: Positive = 10.0

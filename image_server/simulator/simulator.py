@@ -23,7 +23,7 @@ from image_server.simulator.drift import Drift
 from image_server.simulator.lens import focused, zoomed
 from image_server.simulator.material import load_appearance
 from image_server.simulator.scenario import RANGE_M, load_scenario, of_size
-from image_server.simulator.scenario_tables import Scenario
+from image_server.simulator.scenario_tables import FARTHEST_M, Scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
 from image_server.simulator.view import Radiances, TracedView, rendered, sky_of
 from numerics.arrays import Field, Floats
@@ -84,7 +84,13 @@ class Simulator(Device):
             )
         self._scenario = of_size(told, self.model.diameter)
         self._nearest_m = LEAST_RANGE_DIAMETERS * self.model.diameter
-        least = (self._scenario.pose.range_m or RANGE_M)[0]
+        least, most = self._scenario.pose.range_m or RANGE_M
+        if most > FARTHEST_M:
+            raise BadInput(
+                f"The scenario's [pose] range_m ends at {most:g} m, in proportion to a target that is"
+                f" {self.model.diameter:.2g} m large.",
+                f"Allowed: {FARTHEST_M:g} m or less.",
+            )
         if least < self._nearest_m and size_meant(self.model.diameter):
             raise BadInput(
                 f"The scenario's [pose] range_m begins at {least:g} m, and the target is"
@@ -94,7 +100,10 @@ class Simulator(Device):
         self._unit = unit
         self._appearance = load_appearance(self.model_file, len(self.model.faces))
         self.sensor = self._scenario.camera
-        self._camera = Camera.from_dict(msgspec.to_builtins(self.sensor))
+        try:
+            self._camera = Camera.from_dict(msgspec.to_builtins(self.sensor))
+        except GeometryError as error:
+            raise BadInput(f"The scenario's {error}.") from None
         self._notify: Callable[[Change], None] = lambda change: None
         self._traced: OrderedDict[Hashable, TracedView] = OrderedDict()  # of seeds before, too
         self.restart(seed, captures_taken, moves)

@@ -103,13 +103,14 @@ def test_bad_input_ends_with_one_plain_line(
     [
         (
             [*REPLAY, "--ambient-scale", "nan"],
-            "--ambient-scale: must be at least 0, not nan",
+            "--ambient-scale: must be 0 to 1e+09, not nan",
         ),
         (
             [*REPLAY, "--seed", "-1"],
             "--seed: must be 0 to 9223372036854775807, not -1",
         ),
         ([*REPLAY, "--light-power", "x"], "'x' is not a number"),
+        ([*REPLAY, "--light-power", "1e300"], "--light-power: must be 0 to 1e+09, not 1e300"),
         (
             [*REPLAY, "--motion-px-per-s", "1"],
             "--motion-px-per-s: expected 2",

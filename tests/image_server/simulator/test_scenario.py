@@ -2,9 +2,12 @@
 
 from pathlib import Path
 
+import msgspec
 import pytest
+import trimesh
 
 from bridge.errors import BadInput
+from bridge.messages import Describe, Settings
 from image_server.simulator.scenario import SCENARIOS, load_scenario, with_conditions
 from image_server.simulator.simulator import Simulator
 
@@ -48,6 +51,22 @@ def test_conditions_change_a_scenario() -> None:
             "half_intensity_deg and beam",
         ),
         ("[sun", "not valid TOML"),
+        (ONE_LIGHT.replace("0.0]", "1e300]"), r"<= 20000.0 in \[lights 1.position 3\]"),
+        (f"{ONE_LIGHT}power = 1e300", r"in \[lights 1.power\]"),
+        ("light_power = 1e300", r"in \[light_power\]"),
+        ("[camera]\nshutters_s = [1e300]", r"<= 100000.0 in \[camera.shutters_s 1\]"),
+        ("[camera]\nshutters_s = [1e-300]", r">= 1e-09 in \[camera.shutters_s 1\]"),
+        ("[camera]\napertures = [4.0, 1e300]", r"<= 10000.0 in \[camera.apertures 2\]"),
+        ("[camera]\nfocuses_m = [1e300]", r"in \[camera.focuses_m 1\]"),
+        ("[camera]\nfocal_lengths_mm = [1e-300]", r"in \[camera.focal_lengths_mm 1\]"),
+        ("[camera]\nfx = 1e300", r"in \[camera.fx\]"),
+        ("[camera]\ncx = 1e300", r"in \[camera.cx\]"),
+        ("[camera]\ngain = 1e300", r"in \[camera.gain\]"),
+        ("[camera]\nfull_well_e = 1e-300", r"in \[camera.full_well_e\]"),
+        ("[camera]\nread_noise_e = 1e300", r"in \[camera.read_noise_e\]"),
+        ("[pose]\ncentre_px = [1e300, 0.0]", r"in \[pose.centre_px 1\]"),
+        ("[sun]\ndirection = [1e300, 0.0, 1.0]", r"in \[sun.direction 1\]"),
+        ("[time]\nspin_deg_per_s = [1e300, 0.0, 1.0]", r"in \[time.spin_deg_per_s 1\]"),
     ],
 )
 def test_a_wrong_scenario_says_what_and_where(tmp_path: Path, text: str, message: str) -> None:
@@ -78,6 +97,53 @@ def test_a_range_inside_the_target_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "mine.toml"
     file.write_text("[pose]\nrange_m = [0.05, 0.1]\n")
     with pytest.raises(BadInput, match=r"range_m begins at 0.05 m, and the target is 0\.\d+ m large"):
+        Simulator("cube", str(file))
+
+
+UTMOST = """
+in_proportion = true
+light_power = 1e9
+[camera]
+shutters_s = [1e-9, 1e5]
+apertures = [1e-2, 1e4]
+focal_lengths_mm = [1e-3, 1e6]
+focuses_m = [1e-3, 2e4]
+fx = 1e6
+cx = -1e6
+[[lights]]
+name = "a"
+position = [2e4, -2e4, 2e4]
+power = 1e9
+"""
+
+
+@pytest.mark.parametrize("size_m", [0.004, 17.0])
+def test_messages_hold_the_utmost_that_a_scenario_may_say(tmp_path: Path, size_m: float) -> None:
+    """For the least and largest of targets, to which all of it is in proportion."""
+    file, model = tmp_path / "mine.toml", tmp_path / "box.stl"
+    file.write_text(UTMOST)
+    trimesh.creation.box([size_m] * 3).export(model)
+    told = Simulator(str(model), str(file)).describe()
+    assert msgspec.json.decode(msgspec.json.encode(told), type=Describe) == told
+    for focus_m, focal_mm in zip(told.focuses_m or (), told.focal_lengths_mm or (), strict=True):
+        settings = Settings((0,), 1.0, 4.0, focal_length_mm=focal_mm, focus_m=focus_m)
+        assert msgspec.json.decode(msgspec.json.encode(settings), type=Settings) == settings
+
+
+def test_a_range_that_grows_beyond_all_bounds_with_the_target_is_refused(tmp_path: Path) -> None:
+    file, model = tmp_path / "mine.toml", tmp_path / "box.stl"
+    file.write_text("in_proportion = true\n[pose]\nrange_m = [1e4, 1e5]\n")
+    trimesh.creation.box([10.0] * 3).export(model)
+    with pytest.raises(
+        BadInput, match=r"range_m ends at 2.16506e\+06 m, .* 17 m large. Allowed: 100000 m or less"
+    ):
+        Simulator(str(model), str(file))
+
+
+def test_a_distortion_that_folds_the_picture_is_the_scenarios(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("[camera]\ndistortion = [1e300, 0.0, 0.0, 0.0]\n")
+    with pytest.raises(BadInput, match="The scenario's camera distortion cannot be undone"):
         Simulator("cube", str(file))
 
 
