@@ -1,7 +1,9 @@
 """Whether a glTF file's points can be read: what its reader does not know comes out as another shape."""
 
 import json
+from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 from geometry.errors import GeometryError
 
@@ -21,6 +23,30 @@ HARMLESS = (
 INSTANCES = "EXT_mesh_gpu_instancing"  # where it is not required, one body stands for all
 FAN = 6  # mode of a primitive
 FLOAT = 5126  # type of an accessor's numbers
+
+
+class FilesBeside:
+    """Content of the files beside a glTF file, by the names it has for them.
+
+    These are URIs, in which a space is `%20` (glTF 2.0, 2.8); some programs write them as they are.
+    """
+
+    def __init__(self, file: Path) -> None:
+        from trimesh.resolvers import FilePathResolver
+
+        self._files = FilePathResolver(str(file))
+
+    def __getitem__(self, uri: str) -> bytes:
+        """Of one file.
+
+        Raises
+        ------
+        FileNotFoundError : there is none.
+        """
+        try:
+            return bytes(self._files.get(uri))
+        except FileNotFoundError:
+            return bytes(self._files.get(unquote(uri)))
 
 
 def must_be_plain(content: bytes) -> None:

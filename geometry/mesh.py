@@ -1,5 +1,6 @@
 """Triangle meshes (OBJ, STL, PLY, glTF) as surfaces."""
 
+import codecs
 import io
 from pathlib import Path
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from geometry.errors import GeometryError
-from geometry.gltf import must_be_plain
+from geometry.gltf import FilesBeside, must_be_plain
 from geometry.obj_polygons import NO_SUCH_POINT, cut_polygons
 from geometry.ply import must_be_few, read_ply
 from geometry.stl import checked_stl
@@ -45,8 +46,14 @@ def read_mesh(path: Path) -> Surface:
             content = checked_stl(path.read_bytes())
             mesh = trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
         else:
-            must_be_plain(path.read_bytes())
-            mesh = trimesh.load_mesh(path, process=False)
+            content = path.read_bytes().removeprefix(codecs.BOM_UTF8)
+            must_be_plain(content)
+            mesh = trimesh.load_mesh(
+                io.BytesIO(content),
+                file_type=path.suffix.lower()[1:],
+                resolver=FilesBeside(path),
+                process=False,
+            )
         if not isinstance(mesh, trimesh.Trimesh):
             mesh = mesh.to_mesh()
         must_be_few(len(mesh.faces), MOST_READ)

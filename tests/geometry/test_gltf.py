@@ -69,6 +69,21 @@ def test_a_gltf_file_whose_numbers_were_left_behind_is_told_so(tmp_path: Path) -
         load_model(tmp_path / "box.gltf")
 
 
+@pytest.mark.parametrize("name", ["my%20part%C3%A4.bin", "my partä.bin"])
+def test_a_file_beside_it_may_have_any_name(tmp_path: Path, name: str) -> None:
+    said = box()
+    content = base64.b64decode(said["buffers"][0]["uri"].split(",")[1])
+    (tmp_path / "my partä.bin").write_bytes(content)
+    said["buffers"][0]["uri"] = name
+    must_be_the_box(written(tmp_path / "box.gltf", said))
+
+
+def test_a_gltf_file_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
+    file = written(tmp_path / "box.GLTF", box())
+    file.write_text(file.read_text(), encoding="utf-8-sig")
+    must_be_the_box(file)
+
+
 @pytest.mark.parametrize("kind", ["glb", "gltf"])
 @pytest.mark.parametrize("name", ["KHR_draco_mesh_compression", "EXT_meshopt_compression"])
 def test_a_compressed_gltf_file_is_told_to_be_so(tmp_path: Path, kind: str, name: str) -> None:
