@@ -84,7 +84,9 @@ def calibrate(
     return Calibration(file, tuple(notes))
 
 
-def _listed(camera: V4L2Camera, name: str, control: str, values: Mapping[float, int] | None) -> Axis | None:
+def _listed(
+    camera: V4L2Camera, name: str, control: str, values: Mapping[float, int] | None
+) -> Axis[float] | None:
     if not values:
         return None
     _need(camera, control, name)
@@ -101,7 +103,7 @@ def _need(camera: V4L2Camera, control: str, name: str) -> None:
         )
 
 
-def _iris(camera: V4L2Camera, widest: float, gamma: float, notes: list[str]) -> Axis:
+def _iris(camera: V4L2Camera, widest: float, gamma: float, notes: list[str]) -> Axis[float]:
     """F-numbers of the iris's positions, from the light that each lets in."""
     _need(camera, "iris_absolute", "aperture")
     control = camera.controls["iris_absolute"]
@@ -142,7 +144,7 @@ def _effect(frames: Sequence[Grey]) -> float:
     return max(means) / max(min(means), 0.5)
 
 
-def _settle_frames(camera: V4L2Camera, shutter: Axis) -> int:
+def _settle_frames(camera: V4L2Camera, shutter: Axis[float]) -> int:
     """How many frames still show the old shutter, fully or in part, after a change, in either direction."""
     assert shutter.control is not None
     (_, dark), (_, bright) = shutter.steps[0], shutter.steps[-1]

@@ -1,19 +1,20 @@
 """The camera file: which camera, and which control value each setting means (docs/hardware.md)."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Generic, TypeVar
 
 import msgspec
 import numpy as np
 from msgspec import Meta
 
 from bridge.errors import BadInput
-from bridge.messages import CameraDescription
+from bridge.messages import Aperture, CameraDescription, Length, Shutter
 from stack.exposure import REFERENCE
 from stack.tables import Table, as_table, read_toml
 
 Positive = Annotated[float, Meta(gt=0)]
 Size = Annotated[int, Meta(ge=1, le=65536)]
+Value = TypeVar("Value", bound=float)
 
 NOMINAL_APERTURE = REFERENCE.aperture
 """f-number that a lens without an iris is taken to have: the reference exposure's."""
@@ -30,12 +31,12 @@ class FormatTable(Table, frozen=True):
     frame_rate: Positive | None = None
 
 
-class Axis(Table, frozen=True):
-    """One setting: a control with the value for each step, or a fixed number."""
+class Axis(Table, Generic[Value], frozen=True):
+    """One setting, bounded as in messages: a control with the value for each step, or a fixed number."""
 
     control: str | None = None
-    steps: tuple[tuple[Positive, int], ...] = ()
-    fixed: Positive | None = None
+    steps: tuple[tuple[Value, int], ...] = ()
+    fixed: Value | None = None
 
     @property
     def values(self) -> tuple[float, ...]:
@@ -64,13 +65,13 @@ class CameraFile(Table, frozen=True):
     settle_frames: Annotated[int, Meta(ge=0, le=100)] = DEFAULT_SETTLE_FRAMES
     format: FormatTable = FormatTable()
     controls: dict[str, int] = msgspec.field(default_factory=dict)
-    shutter: Axis | None = None
-    aperture: Axis = Axis(fixed=NOMINAL_APERTURE)
-    focal_length: Axis | None = None
-    focus: Axis | None = None
+    shutter: Axis[Shutter] | None = None
+    aperture: Axis[Aperture] = Axis(fixed=NOMINAL_APERTURE)
+    focal_length: Axis[Length] | None = None
+    focus: Axis[Length] | None = None
     camera: CameraDescription | None = None
 
-    def axes(self) -> dict[str, Axis]:
+    def axes(self) -> dict[str, Axis[float]]:
         """Every setting that has a control, by its name in the wire protocol."""
         named = {
             "shutter_s": self.shutter,

@@ -75,7 +75,7 @@ def completed(file: CameraFile, known: Mapping[str, Control]) -> CameraFile:
     return msgspec.structs.replace(file, controls=fixed, shutter=_shutters(known.get("exposure_absolute")))
 
 
-def _shutters(control: Control | None) -> Axis | None:
+def _shutters(control: Control | None) -> Axis[float] | None:
     if control is None or control.read_only:
         return None
     steps = {}

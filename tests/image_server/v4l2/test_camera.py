@@ -283,6 +283,10 @@ def test_calibration_measures_tone_curve_delay_and_iris(gamma: float, late: int)
         ("[aperture]", "needs either control and steps, or fixed"),
         ("[shutter]\ncontrol = 'x'\nsteps = [[-0.1, 3]]", "steps"),
         ("[camera]\nwidth = 3", "missing key"),
+        ("[aperture]\nfixed = 1e-5", r">= 0.01 in \[aperture.fixed\]"),
+        ("[shutter]\ncontrol = 'x'\nsteps = [[0.1, 3], [1e300, 4]]", r"<= 100000.0 in \[shutter.steps 2 1\]"),
+        ("[focus]\nfixed = 1e300", r"<= 1000000.0 in \[focus.fixed\]"),
+        ("[focal_length]\nfixed = 1e300", r"<= 1000000.0 in \[focal_length.fixed\]"),
     ],
 )
 def test_a_bad_camera_file_names_the_key(tmp_path: Path, text: str, message: str) -> None:
