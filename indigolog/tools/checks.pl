@@ -214,11 +214,7 @@ axiom_problem(Axiom, Theory, Kind, What) :-
 axiom_problem(Axiom, Theory, error, not_relational(F)) :-
     ( Axiom = causes_true(_, F, _) ; Axiom = causes_false(_, F, _) ),
     callable(F),
-    theory_module(Theory, Module),
-    generalised(F, G),
-    clause(Module:fun_fluent(G), _),
-    \+ clause(Module:rel_fluent(G), _),
-    !.
+    functional_fluent(Theory, F).
 axiom_problem(initially(F, V), Theory, error, not_boolean(F, V)) :-
     callable(F),
     nonvar(V),

@@ -70,6 +70,8 @@ said(fluent_arity(In, F, Declared), In, '~q has the name of the fluent ~q', ['$p
 said(no_number(In, T), In, '~q is calculated with, and is neither a fluent nor bound by pi or some', [T]).
 said(constant_equality(In, P), In, '~q compares constants: neither side is a fluent', [P]).
 said(never_equal(In, F, V), In, 'relational fluent ~q is compared with ~q, neither true nor false', [F, V]).
+said(unknown_assigned(In, E, F), In, '~q: ~q is not a declared fluent', [E, '$pi'(F)]).
+said(functional_assigned(In, E, F), In, '~q is for relational fluents, ~q is functional', ['$pi'(E), '$pi'(F)]).
 said(undeclared_instance(In, F), In, 'fluent ~q is not one of those that are declared', [F]).
 said(impossible_value(F, V), none, '~q is not among the initial values of ~q', [V, F]).
 said(two_values(F, V, First), none, 'fluent ~q is initially ~q: the value ~q given here does not count', [F, First, V]).
@@ -106,6 +108,7 @@ meant(unknown_event(A), A).
 meant(unknown_fluent(_, F), F).
 meant(unknown_call(_, Call), Call).
 meant(unknown_formula(_, P), P).
+meant(unknown_assigned(_, _, F), F).
 
 inside(none) -->
     [].

@@ -1,6 +1,7 @@
 :- module(indigolog_program_checks,
           [ program_problem/5,        % +Program, +In, +Theory, -Kind, -What
             body_problem/5,           % +Body, +In, +Theory, -Kind, -What
+            functional_fluent/2,      % +Theory, +Term
             recursion/4,              % +Name, +Body, +Theory, -Path
             near_miss/3               % +Theory, +Term, -Indicator
           ]).
@@ -12,7 +13,7 @@ is in(Label, Names): Names are the variables that constructs around it may bind.
 
 :- use_module(library(apply), [maplist/2]).
 :- use_module(library(lists), [member/2, memberchk/2]).
-:- use_module(formula_checks, [constant/3, domain_problem/5, formula_problem/5, unused_variable/4]).
+:- use_module(formula_checks, [constant/3, domain_problem/5, formula_problem/5, undeclared_instance/3, unused_variable/4]).
 :- use_module(formula_parts, [connective/3, is_formula/2, procedure_kind/3]).
 :- use_module('../language/semantics', [construct/2, program_part/2]).
 :- use_module('../language/theory').
@@ -46,6 +47,7 @@ program_problem(E, In, Theory, Kind, What) :-
         ;   unused_variable(E, In, Kind, What)
         ;   argument_problem(E, In, What),
             Kind = error
+        ;   assignment_problem(E, In, Theory, Kind, What)
         ;   E == commit,
             Kind = error,
             What = no_commit(In)
@@ -99,6 +101,34 @@ argument_problem(E, in(Label, Names), What) :-
     \+ is_list(A),
     \+ memberchk(A, Names),
     What = no_list(in(Label, Names), E, A).
+
+% The fluent of set(F), unset(F) or abort(F), where it stands there already.
+assignment_problem(E, In, Theory, Kind, What) :-
+    ( assignment(E, Theory) -> arg(1, E, F) ; E = abort(F) ),
+    nonvar(F),
+    In = in(_, Names),
+    \+ memberchk(F, Names),
+    (   \+ ( callable(F), fluent_template(Theory, F, _) )
+    ->  Kind = error,
+        What = unknown_assigned(In, E, F)
+    ;   functional_fluent(Theory, F)
+    ->  Kind = error,
+        What = functional_assigned(In, E, F)
+    ;   undeclared_instance(F, In, Theory),
+        Kind = warning,
+        What = undeclared_instance(In, F)
+    ).
+
+%!  functional_fluent(+Theory, +Term) is semidet.
+%
+%   Term has the functor of a fluent that is declared functional only: prim_fluent/1 leaves it open.
+
+functional_fluent(Theory, F) :-
+    theory_module(Theory, Module),
+    generalised(F, G),
+    clause(Module:fun_fluent(G), _),
+    \+ clause(Module:rel_fluent(G), _),
+    !.
 
 % An action with constant arguments that is not among the declared ones.
 no_instance(A, In, Theory) :-
