@@ -69,7 +69,7 @@ goal(P, In, Goal), abbreviation(P, In, Goal0) =>
 goal(P, In, Goal), In = in(Theory, _, _), fluent_template(Theory, P, _) =>
     theory_module(Theory, Module),
     value(P, In, Value, A),
-    both(Value, indigolog_formula:call_goal(A, P, Module), Goal).
+    both(Value, indigolog_formula:true_value(A, P, Module), Goal).
 goal(P, In, Goal) =>
     left(P, In, Goal).
 

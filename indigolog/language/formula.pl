@@ -8,6 +8,7 @@
             value_of/4,               % +Fluent, +Kind, +World, -Value
             arguments_in/3,           % +Term, +World, -Term1
             instance/4,               % +Variables, +Term, +World, -Term1
+            true_value/3,             % +Value, +Formula, +Module
             call_goal/3               % +Goal, +Formula, +Module
           ]).
 /** <module> Formulas over fluents
@@ -145,13 +146,34 @@ true_in(P, S) =>
     situation_module(S, Module),
     (   Module:proc(P, Body)
     ->  true_in(Body, S)
-    ;   value_in(P, S, Goal),
-        call_goal(Goal, P, Module)
+    ;   ( compound(P), P \= [_|_] -> arguments_in(P, S, Q) ; Q = P ),
+        (   Module:'$fluent'(Q, Kind)
+        ->  value_of(Q, Kind, S, Value),
+            true_value(Value, P, Module)
+        ;   call_goal(Q, P, Module)
+        )
+    ).
+
+%!  true_value(+Value, +Formula, +Module) is nondet.
+%
+%   Formula is a fluent that stands alone: it is true when its Value is.  One that is not declared with these
+%   arguments has itself as its value, and is true only if a predicate of that name says so.
+%
+%   @error golog(undeclared_instance(Fluent))
+
+true_value(Value, P, Module) :-
+    (   Value == true
+    ->  true
+    ;   functor(P, Name, Arity, compound),
+        functor(Value, Name, Arity, compound),
+        \+ predicate_property(Module:Value, visible)
+    ->  throw(error(golog(undeclared_instance(Value)), _))
+    ;   call_goal(Value, P, Module)
     ).
 
 %!  call_goal(+Goal, +Formula, +Module) is nondet.
 %
-%   Goal is the value of Formula: a fluent that stands alone is true when its value is.
+%   Goal is Formula with values in place of fluents.
 
 call_goal(Goal, P, Module) :-
     (   callable(Goal),

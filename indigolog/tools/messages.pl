@@ -165,6 +165,7 @@ error_text(no_value(F, History)) -->
 
 % said(?Error, -Format, -Args): those that take no more than that.
 said(unknown_formula(Name/Arity), '~q is neither a fluent nor an abbreviation nor a predicate', [Name/Arity]).
+said(undeclared_instance(F), 'fluent ~q is not one of those that are declared', [F]).
 said(silent(N), 'the program made ~D steps without an action', [N]).
 said(search_value(heuristic, Term), 'the estimate ~p has no value that is a number from 0 on', [Term]).
 said(search_value(cost(A), Term), 'the cost ~p of ~q has no value that is a number from 0 on', [Term, A]).

@@ -5,10 +5,13 @@ prim_action(up).
 prim_action(carry(_)).
 prim_action(listen).
 rel_fluent(noisy).
+rel_fluent(tidy(N)) :- member(N, [1, 2]).
+prim_action(sweep(_)).
 
 poss(up, floor < 4).
 poss(carry(_), true).
 poss(listen, true).
+poss(sweep(N), neg(tidy(N))).
 senses(listen, noisy).
 
 causes_val(up, floor, N, N is floor + 1).
