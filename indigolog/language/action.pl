@@ -35,11 +35,11 @@ act(Term, S, S1) :-
     situation_theory(S, Theory),
     theory_module(Theory, Module),
     (   ground(A)
-    ->  primitive(A, Module, Theory),
+    ->  primitive(A, Term, Module, Theory),
         ( Term == A -> learn_plain(A, Theory) ; true ),
         possible(A, Module, S),
         !
-    ;   primitive(A, Module, Theory),
+    ;   primitive(A, Term, Module, Theory),
         possible(A, Module, S),
         (   ground(A)
         ->  true
@@ -84,13 +84,16 @@ values([A|As], S, [B|Bs]) :-
     evaluate(A, S, B),
     values(As, S, Bs).
 
-primitive(A, Module, Theory) :-
+% primitive(+Action, +Term, +Module, +Theory): Action is Term with its arguments evaluated.  A procedure, which Term would
+% call if a clause matched it, is handed them as they are.
+primitive(A, Term, Module, Theory) :-
     (   Module:prim_action(A)
     *-> true
     ;   action_template(Theory, A, _)
     ->  fail
     ;   called_procedure(Theory, A)
-    ->  throw(error(golog(no_clause(A)), _))
+    ->  findall(F, ( sub_term(F, Term), callable(F), fluent_template(Theory, F, _) ), Fluents),
+        throw(error(golog(no_clause(Term, Fluents)), _))
     ;   throw(error(golog(unknown_action(A)), _))
     ).
 

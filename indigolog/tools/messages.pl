@@ -149,9 +149,13 @@ error_text(no_end(N)) -->
     [ 'no end was found within ~D actions, which fill half of the stack; a loop as star(E) goes on before what'-[N], nl,
       'follows it is tried: while(neg(P), E) in place of [star(E), ?(P)], a limit (--max-actions, do/4) or'-[], nl,
       'search(E, [strategy(breadth)]) finds a shorter execution if there is one, swipl --stack-limit=4g a longer one'-[] ].
-error_text(no_clause(A)) -->
-    { functor(A, Name, Arity) },
-    [ 'no clause of the procedure ~q matches ~q'-[Name/Arity, A] ].
+error_text(no_clause(Call, Fluents)) -->
+    { functor(Call, Name, Arity) },
+    [ 'no clause of the procedure ~q matches ~p'-[Name/Arity, Call] ],
+    (   { Fluents = [F|_] }
+    ->  [ ': the fluent ~p is handed over by name; pi(x, [?(x = ~p), E]) binds x to its value'-[F, F] ]
+    ;   []
+    ).
 error_text(recursion(Call, N)) -->
     [ 'procedure calls nest ~D deep without an action, the last is ~W'-
           [N, Call, [quoted(true), max_depth(8)]] ].

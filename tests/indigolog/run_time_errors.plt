@@ -39,6 +39,8 @@ slip([up, ?([up])], ["[up] is not a formula", "after 1 actions"]).
 slip([up, ?(unheard_of(floor))], ["unheard_of/1 is neither a fluent nor an abbreviation nor a predicate", "in ?(unheard_of(floor))"]).
 slip([up, ?(some(x, [1, 5], tidy(x)))], ["fluent tidy(5) is not one of those that are declared", "in ?(some(x,[1,5],tidy(x)))"]).
 slip([up, sweep(5)], ["fluent tidy(5) is not one of those that are declared", "in sweep(5)"]).
+slip([up, fall(floor)], ["no clause of the procedure fall/1 matches fall(floor): the fluent floor is handed over by name"]).
+slip([up, pi(x, [?(x = floor), fall(x)]), fall(7)], ["no clause of the procedure fall/1 matches fall(7)\n"]).
 slip([up, fly], ["fly/0 is neither an action nor a procedure", "after 1 actions"]).
 slip([up, carry(_)], ["action carry(", "is not ground"]).
 slip([up, ?(floor > down)], ["down", "at ?(floor>down)"]) :- fail.

@@ -19,6 +19,7 @@ causes_val(up, floor, N, N is floor + 1).
 initially(floor, 1).
 
 proc(lift(N), [?(load > N), up]).
+proc(fall(2), []).
 proc(spin, while(true, ?(true))).
 proc(deeper(N), deeper(s(N))).
 proc(growing(N), [?(M is N + 1), growing(M)]).
