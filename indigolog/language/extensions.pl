@@ -195,11 +195,12 @@ trans(rrobin(Es), S, C, E1, S1) =>
 final(rrobin(Es), S, C) :-
     final(Es, S, C).
 
-% Trans(sync(Es), S, E', S')  <=>  exists a: S' = do(a, S) & E' = sync(Es') &
+% Trans(sync(Es), S, E', S')  <=>  exists a: S' = do(a, S) & E' = sync(Es') & Es is not [] &
 %                                  each E of Es comes by steps without an action, then a, to its E0 of Es'
 % Final(sync(Es), S)          <=>  each comes by steps without an action to where it is final
 construct(sync(Es), [programs(Es)]).
 trans(sync(Es), S, C, E1, S1) =>
+    Es = [_|_],
     together(Es, S, C, Es1, none, Action),
     around_all(Es1, sync(Es1), E1),
     progress(Action, S, S1).

@@ -221,7 +221,7 @@ construct(rconc, K0, D, rconc([P, Q, R])) :- beside(K0, K), program(K, D, P), pr
 construct(rrobin, K0, D, rrobin([P, Q])) :- beside(K0, K), program(K, D, P), program(K, D, Q).
 construct(sync, K0, D, P) :-
     beside(K0, K), program(K, D, Q), program(K, 0, R), K = k(Kind, _, _), test_formula(Kind, F),
-    random_member(P, [sync([Q, Q]), sync([[R, Q], [?(F), R, Q]]), sync([ndet(R, Q), [R, ?(F)]])]).
+    random_member(P, [sync([Q, Q]), sync([[R, Q], [?(F), R, Q]]), sync([ndet(R, Q), [R, ?(F)]]), ndet(sync([]), Q)]).
 construct(gexec, K, D, gexec(F, P)) :- K = k(Kind, _, _), test_formula(Kind, F), program(K, D, P).
 construct(goal, K, D, goal(F, P, G, Q)) :-
     K = k(Kind, _, _), test_formula(Kind, F), test_formula(Kind, G), program(K, D, P), program(K, D, Q).
