@@ -1,5 +1,6 @@
 :- module(indigolog_chance,
           [ with_seed/2,              % +Seed, :Goal
+            world_moment/1,           % +Moment
             drawn_apart/1,            % :Goal
             shuffled/2                % +List, -Permutation
           ]).
@@ -12,7 +13,9 @@ linear congruential generator (Knuth's MMIX constants); its upper bits are used.
 
 The tests and helpers of a theory draw from Prolog's generator.  What the world does while
 a program runs is not done again when its journal is followed, so what it draws is
-drawn apart from these: otherwise they would draw other numbers the second time.
+drawn apart from these: otherwise they would draw other numbers the second time.  And it is
+drawn anew at each moment, from the seed and the moment alone, so that the world of a
+resumed run draws on as it would have.
 */
 
 :- use_module(library(apply), [maplist/3]).
@@ -35,30 +38,73 @@ with_seed(Seed, Goal) :-
         ( State is (Seed * 0x9E3779B97F4A7C15 + 0x1234567) /\ 0xFFFFFFFFFFFFFFFF,
           nb_setval(indigolog_chance, State),
           random_fraction(_),
-          nb_setval(indigolog_world_chance, seed(State)),
-          set_random(seed(Seed)) ),
+          set_random(seed(Seed)),
+          random_property(state(Drawn)),
+          start(Drawn, Start),
+          nb_setval(indigolog_world_chance, world(0, State, Start)) ),
         Goal,
         ( nb_setval(indigolog_chance, Before),
           nb_setval(indigolog_world_chance, World),
           set_random(state(Others)) )).
 
+%!  world_moment(+Moment) is det.
+%
+%   What the world draws from here on is what it draws at Moment, a whole number, of this run.
+
+world_moment(Moment) :-
+    Call is Moment << 32,
+    next_call(Call).
+
+next_call(Call) :-
+    world(World),
+    (   World == none                   % no run with a seed
+    ->  true
+    ;   nb_setarg(1, World, Call)
+    ).
+
 %!  drawn_apart(:Goal) is semidet.
 %
-%   Call Goal, which asks the world, once.  Random numbers of Prolog's own that it draws begin at the seed of the run, too,
-%   but none of them is missing from those that are drawn around it.
+%   Call Goal, which asks the world, once.  Random numbers of Prolog's own that it draws are those of this call, the first,
+%   second, ... of its moment, and none of them is missing from those that are drawn around it.
 
 drawn_apart(Goal) :-
     world(World),
-    (   World == none                   % no run with a seed
+    (   World == none
     ->  once(Goal)
-    ;   random_property(state(Around)),
+    ;   World = world(Call, Seed, Start),
+        Next is Call+1,
+        mixed(Seed, Next, Mixed),
+        generator(Start, Mixed, Generator),
+        random_property(state(Around)),
         setup_call_cleanup(
-            set_random(World),
+            set_random(Generator),
             once(Goal),
-            ( random_property(state(After)),
-              nb_setval(indigolog_world_chance, state(After)),
-              set_random(state(Around)) ))
+            ( set_random(state(Around)),
+              next_call(Next) ))
     ).
+
+% What set_random/1 takes for a call.  To seed a generator costs half a millisecond.  So the words of the one that the run
+% began with, a Mersenne Twister, are multiplied, as one number, with the call's own; the index above them stays.
+
+start(State, Start) :-
+    Index is State >> 19_968,           % above 624 words of 32 bits
+    (   Index =< 624
+    ->  Above is Index << 19_968,
+        Words is (State - Above) >> 64, % times 64 bits they are below the index
+        Start = words(Above, Words)
+    ;   Start = other                   % the generator of another Prolog
+    ).
+
+generator(words(Above, Words), Mixed, Generator) =>
+    State is Above + Words * (Mixed \/ 1),
+    Generator = state(State).
+generator(other, Mixed, Generator) =>
+    Generator = seed(Mixed).
+
+% mixed(+Seed, +Call, -Number): of 64 bits, a round of the generator of Steele, Lea and Flood (2014).
+mixed(Seed, Call, Number) :-
+    A is (Seed + Call*0x9E3779B97F4A7C15) /\ 0xFFFFFFFFFFFFFFFF,
+    Number is ((A xor (A >> 30)) * 0xBF58476D1CE4E5B9) /\ 0xFFFFFFFFFFFFFFFF.
 
 world(World) :-
     (   nb_current(indigolog_world_chance, World0)

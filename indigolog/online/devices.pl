@@ -204,7 +204,8 @@ taken(Events, Actions) :-
 
 % What is not told by a thread must be asked for.
 look(devices(List, Events, Theory)) :-
-    forall(member(device(Module, _, here), List), drawn_apart(poll(Module, Events))),
+    forall(( member(device(Module, _, here), List), current_predicate(Module:exogenous/1) ),
+           drawn_apart(poll(Module, Events))),
     theory_module(Theory, Own),
     (   clause(Own:exog_occurs(_), _),
         in_world(exog_occurs(_), drawn_apart(( Own:exog_occurs(A), nonvar(A), known_event(A) )))

@@ -19,6 +19,7 @@ is `live`, or `replay` where only a journal is followed; `undeclared` is of warn
 
 :- use_module(library(apply), [foldl/4, maplist/2]).
 :- use_module(library(record)).
+:- use_module('../language/chance', [world_moment/1]).
 :- use_module('../language/context', [top_context/1]).
 :- use_module('../language/notice', [progress_message/1, warn_once/3]).
 :- use_module('../language/patience', [still_patient/3]).
@@ -120,7 +121,7 @@ stepped(T0, E, S, X, T, Outcome) :-
     ;   set_silent_of_turn(0, T2, T3),
         last_action(S, A),
         (   A == wait
-        ->  wait_for_events(T3, X),
+        ->  wait_for_events(T3, N0, X),
             turn(T3, X, T, Outcome)
         ;   A == abort
         ->  set_situation_of_turn(S, T3, T),
@@ -168,21 +169,30 @@ as_told(T, S1) :-
 
                 /* Exogenous actions */
 
-% What the journal tells of them, and then what the devices do.
+% What the journal tells of them, or what the devices do.  Those of one turn arrive together: where the journal's last is
+% one, the devices were asked in that turn.
 take_in(X, T0, T) :-
     turn_entries(T0, Entries),
     turn_number(T0, N),
     (   Entries = [exogenous(N, A)|Entries1]
     ->  set_entries_of_turn(Entries1, T0, T1),
         taken_in(X, A, T1, T2),
-        take_in(X, T2, T)
+        ( Entries1 == [] -> T = T2 ; take_in(X, T2, T) )
     ;   Entries == [],
         setting_mode(X, live)
-    ->  setting_devices(X, Devices),
+    ->  asked_moment(N, Moment),
+        world_moment(Moment),
+        setting_devices(X, Devices),
         arrived_events(Devices, As),
         foldl(taken_in(X), As, T0, T)
     ;   T = T0
     ).
+
+% Each turn is two moments of the world, since a run that is resumed between them does not come to the first.
+asked_moment(N, Moment) :-
+    Moment is 2*N.
+acting_moment(N, Moment) :-
+    Moment is 2*N+1.
 
 taken_in(X, A, T0, T) :-
     turn_situation(T0, S0),
@@ -209,9 +219,11 @@ happened(Fact, Action, X, T) :-
     ( OnAction == none -> true ; ignore(call(OnAction, Action, S)) ),
     ( OnFact == none -> true ; ignore(call(OnFact, Fact, S)) ).
 
-wait_for_events(T, X) :-
+wait_for_events(T, N, X) :-
     (   turn_entries(T, [])
     ->  progress_message(waiting),
+        acting_moment(N, Moment),
+        world_moment(Moment),
         setting_devices(X, Devices),
         setting_max_wait(X, MaxWait),
         setting_run(X, Run),
@@ -231,6 +243,8 @@ do_action(A, N, S, X, T0, T) :-
     (   Entries0 = [Entry|Entries]
     ->  replayed(Entry, Result)
     ;   Entries = [],
+        acting_moment(N, Moment),
+        world_moment(Moment),
         carry_out(A, X, S, Result)
     ),
     (   Result = failed(Reason)

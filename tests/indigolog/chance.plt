@@ -1,9 +1,11 @@
 :- module(test_indigolog_chance, []).
 :- use_module(library(plunit)).
-:- use_module(library(lists), [append/3, member/2, reverse/2]).
+:- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(lists), [append/3, member/2, nextto/3, nth0/3, nth1/3, reverse/2]).
 :- use_module(library(random), [random/1, random_between/3]).
 :- use_module(library(readutil), [read_file_to_terms/3]).
 :- use_module('../../indigolog/indigolog').
+:- use_module('../../indigolog/language/chance', [drawn_apart/1, with_seed/2, world_moment/1]).
 :- use_module(theory_text).
 
 /** <module> What the world draws is nothing that a program's own draws miss */
@@ -57,6 +59,15 @@ run(Options, History) :-
     indigolog(rounds, [check(false), seed(7), history(Newest)|Options]),
     reverse(Newest, History).
 
+% cut(+File, +Kept): of the journal in File the first Kept facts are left.
+cut(File, Kept) :-
+    read_file_to_terms(File, Facts, []),
+    length(First, Kept),
+    append(First, _, Facts),
+    setup_call_cleanup(open(File, write, Out),
+                       forall(member(Fact, First), format(Out, "~q.~n", [Fact])),
+                       close(Out)).
+
 puts(History, Puts) :-
     findall(X, member(put(X), History), Puts).
 
@@ -71,21 +82,52 @@ test(follows_its_journal, [forall(world(World, Options)), setup(( load(World), t
     indigolog(rounds, [replay(File), history(Newest)]),
     reverse(Newest, Replayed).
 
-% Wherever it was interrupted, the program draws on as it would have.
-test(resumed_from_anywhere, [forall(( world(World, Options), member(Kept, [2, 3, 5, 7, 9]) )),
+% Wherever it was interrupted, the program draws on as it would have, and so does the world.
+test(resumed_from_anywhere, [forall(( world(World, Options), between(1, 10, Kept) )),
                              setup(( load(World), tmp_file(journal, File) )), cleanup(delete_file(File)),
-                             Again == Puts]) :-
+                             Again == Whole]) :-
     run([journal(File)|Options], Whole),
-    puts(Whole, Puts),
-    read_file_to_terms(File, Facts, []),
-    length(First, Kept),
-    append(First, _, Facts),
-    setup_call_cleanup(open(File, write, Out),
-                       forall(member(Fact, First), format(Out, "~q.~n", [Fact])),
-                       close(Out)),
+    cut(File, Kept),
     indigolog(rounds, [resume(File), history(Newest)|Options]),
-    reverse(Newest, History),
-    puts(History, Again).
+    reverse(Newest, Again).
+
+% While the program waits the world is asked again and again.
+test(resumed_where_it_waits, [forall(between(1, 9, Kept)), setup(( load(own_world), tmp_file(journal, File) )),
+                              cleanup(delete_file(File)), Again == Whole]) :-
+    Program = [wait, look, wait, look, wait, look, wait, look, wait, look],
+    indigolog(Program, [check(false), seed(7), journal(File), history(Whole)]),
+    read_file_to_terms(File, Facts, []),
+    nth0(Kept, Facts, Next),
+    (   last_of_turn(Kept, Facts, Next)
+    ->  cut(File, Kept),
+        indigolog(Program, [check(false), resume(File), history(Again)])
+    ;   Again = Whole
+    ).
+
+% What happens in one turn is written at once: no run ends within.
+last_of_turn(Kept, Facts, Next) :-
+    \+ ( Next = exogenous(Turn, _), nth1(Kept, Facts, exogenous(Turn, _)) ).
+
+% Of 3000 moments, each on its own: even over the values, and over the pairs of successive ones.
+test(moments_are_independent, [true(( Singles < 30, Pairs < 100 ))]) :-
+    with_seed(1, throws(3000, Ds)),
+    chi_square(Ds, 6, Singles),
+    findall(D, ( nextto(A, B, Ds), D is 6*A+B-6 ), Ds2),
+    chi_square(Ds2, 36, Pairs).
+
+throws(N, Ds) :-
+    findall(D,
+            ( between(1, N, Moment),
+              world_moment(Moment),
+              drawn_apart(random_between(1, 6, D)) ),
+            Ds).
+
+chi_square(Ds, Values, Sum) :-
+    length(Ds, N),
+    Expected is N/Values,
+    aggregate_all(sum((Count-Expected)**2/Expected),
+                  ( between(1, Values, D), aggregate_all(count, member(D, Ds), Count) ),
+                  Sum).
 
 test(draws_as_in_a_world_without_chance, [forall(world(World, Options)), Noisy == Quiet]) :-
     load(device),
