@@ -26,7 +26,7 @@ In the rules E' and S' are trans's E1 and S1.  The context C is context.pl's.
 
 :- use_module(library(lists), [member/2]).
 :- use_module(action, [act/3]).
-:- use_module(context, [enter/3, top_context/1]).
+:- use_module(context, [enter/3, enter_final/3, top_context/1]).
 :- use_module(situation, [situation_history/2, situation_module/2]).
 
 :- multifile
@@ -110,7 +110,7 @@ final(E, S, C) :-
     ;   situation_module(S, Module),
         Module:proc(E, Body)
     ->  \+ never_final(Body),
-        enter(E, C, C1),
+        enter_final(E, C, C1),
         final(Body, S, C1)
     ).
 

@@ -180,10 +180,10 @@ theory_problem(_, Module, warning, negated_variable(in(Label, []), V, Negation),
 theory_problem(_, Module, warning, kept_variable(in(Name, []), Part), Ref) :-
     clause(Module:proc(Name, Body), Condition, Ref),
     once(kept_variable(Body, Name-Body-Condition, Part)).
-theory_problem(Theory, Module, warning, recursion(Name, Path), Ref) :-
+theory_problem(Theory, Module, warning, recursion(Kind, Name, Path), Ref) :-
     clause(Module:proc(Name, Body), true, Ref),
     nonvar(Name),
-    recursion(Name, Body, Theory, Path).
+    recursion(Name, Body, Theory, Kind, Path).
 
 assigning(set(_)).
 assigning(unset(_)).

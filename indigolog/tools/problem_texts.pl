@@ -40,11 +40,15 @@ problem(negated_variable(In, V, Negation)) -->
 problem(axiom_arity(Given, Expected)) -->
     [ '~q has the wrong number of arguments: '-[Given] ],
     alternatives(Expected).
-problem(recursion(Name, Path)) -->
+problem(recursion(Kind, Name, Path)) -->
     { functor(Name, F, N),
       length(Path, Length),
       Steps is Length-1 },
-    [ 'procedure ~q can come back to itself, in ~D call(s), before any action or test'-[F/N, Steps] ].
+    [ 'procedure ~q can come back to itself, in ~D call(s), before any action or test'-[F/N, Steps] ],
+    (   { Kind == program }
+    ->  [ ': not all is found that may follow such a call; one after the action finds it'-[] ]
+    ;   []
+    ).
 
 argument('$pi'(Term), Shown) =>
     functor(Term, Name, Arity),

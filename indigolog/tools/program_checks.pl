@@ -2,7 +2,7 @@
           [ program_problem/5,        % +Program, +In, +Theory, -Kind, -What
             body_problem/5,           % +Body, +In, +Theory, -Kind, -What
             functional_fluent/2,      % +Theory, +Term
-            recursion/4,              % +Name, +Body, +Theory, -Path
+            recursion/5,              % +Name, +Body, +Theory, -Kind, -Path
             near_miss/3               % +Theory, +Term, -Indicator
           ]).
 /** <module> What is wrong inside programs
@@ -188,11 +188,13 @@ near_miss(Theory, Term, Name/Arity) :-
     Arity =\= Arity0,
     !.
 
-%!  recursion(+Name, +Body, +Theory, -Path) is nondet.
+%!  recursion(+Name, +Body, +Theory, -Kind, -Path) is nondet.
 %
-%   The procedure Name may come from Body back to itself before an action or a test, by the calls in Path.
+%   The procedure Name may come from Body, a `program` or a `formula`, back to itself before an action or a test, by the
+%   calls in Path.
 
-recursion(Name, Body, Theory, Path) :-
+recursion(Name, Body, Theory, Kind, Path) :-
+    ( stands_for_formula(Body, Theory) -> Kind = formula ; Kind = program ),
     unguarded_call(Body, Theory, Call),
     comes_back(Call, Name, Theory, [Name], Path).
 

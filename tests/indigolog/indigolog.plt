@@ -22,6 +22,29 @@ traces(Program, Traces) :-
             Traces0),
     sort(Traces0, Traces).
 
+:- begin_tests(left_recursion, [setup(load_text("
+prim_action(up).       poss(up, true).
+prim_action(down).     poss(down, true).
+proc(rise, ndet([], [rise, up])).
+proc(lift, [rise, down]).
+proc(right, ndet([], [up, right])).
+proc(never, [never, up]).
+proc(joint, sync([[joint, up]])).
+"))]).
+
+% Final of a procedure does not depend on whether it is asked for within its own Trans.
+found(rise, [[], [up]]).
+found(lift, [[down], [up, down]]).
+found(right, [[], [up], [up, up]]).
+found(never, []).
+found(joint, []).
+
+test(found, [forall(found(Program, Expected)), Traces == Expected]) :-
+    findall(Trace, ( do(Program, [], 2, History), reverse(History, Trace) ), Traces0),
+    sort(Traces0, Traces).
+
+:- end_tests(left_recursion).
+
 :- begin_tests(constructs, [setup(load)]).
 
 construct([], [[]]).

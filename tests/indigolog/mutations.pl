@@ -36,8 +36,11 @@ mutation('interrupts in the reverse priority', congolog,
          "by_priority([I|Is], pconc(I, E))",
          "by_priority([I|Is], pconc(E, I))").
 mutation('a stopped interrupt runs on', context,
-         "stopped_context(c(N, _, M, K), c(N, false, M, K))",
-         "stopped_context(c(N, _, M, K), c(N, true, M, K))").
+         "stopped_context(c(N, _, M, K, FM, FK), c(N, false, ",
+         "stopped_context(c(N, _, M, K, FM, FK), c(N, true, ").
+mutation('a procedure that is entered is not final', semantics,
+         "        enter_final(E, C, C1),\n",
+         "        enter(E, C, C1),\n").
 mutation('star(E, N) does not count', extensions,
          "    ;   M is N-1,\n",
          "    ;   M is N,\n").
