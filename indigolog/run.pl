@@ -186,7 +186,8 @@ run(offline, Program, Options, Status) :-
     (   with_patience(Silent, bounded_do(Program, Max, History, Limit)),
         Limit \== true
     ->  printed(History),
-        Status = 0
+        ( History = [abort|_] -> Outcome = aborted ; Outcome = final ),
+        ended(Outcome, Options, [], none, Status)
     ;   (   integer(Max)
         ->  say('no complete execution within ~w actions', [Max])
         ;   say('the program has no complete execution', [])
@@ -264,6 +265,7 @@ printed(History) :-
 own_step(e(_, _)).
 own_step(test(_)).
 own_step(wait).
+own_step(abort).
 
 failed(usage(Message), _, 2) :-
     !,

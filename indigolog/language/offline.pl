@@ -5,13 +5,13 @@
           ]).
 /** <module> Offline execution
 
-Do(E, S, S1): Trans* from (E, S) to a configuration that is Final.
+Do(E, S, S1): Trans* from (E, S) to a configuration that is Final, or to the first abort, which ends a run.
 */
 
 :- use_module(context, [top_context/1, once_if_ground/2]).
 :- use_module(semantics, [final/3, step/4]).
 :- use_module(patience, [fresh_mark/1, silent_step/4]).
-:- use_module(situation, [initial_situation/1, situation_history/2, situation_length/2]).
+:- use_module(situation, [initial_situation/1, last_action/2, situation_history/2, situation_length/2]).
 
 % Steps of an execution that may leave another choice open, where no limit is given: as many as search/1 allows
 % actions.  They wait on the stack; a step that leaves none does not count.
@@ -88,8 +88,11 @@ onward(E, S, Mark, Open, Limit, S1) :-
         going(E0, S0, Mark1, Open0, Limit, S1)
     ;   within_limit(Limit, N, Open0),
         ( N /\ 0xFFF =:= 0 -> within_stack(N) ; true ),
-        fresh_mark(Mark1),
-        going(E0, S0, Mark1, Open0, Limit, S1)
+        (   last_action(S0, abort)
+        ->  S1 = S0
+        ;   fresh_mark(Mark1),
+            going(E0, S0, Mark1, Open0, Limit, S1)
+        )
     ).
 
 % Looked at every 4096 actions: beyond half of it, Prolog may not find room to tell of an overflow.

@@ -33,7 +33,7 @@ run(E, H, Seen, Bound, H2) :-
     ->  \+ ( member(X, [E|Seen]), X =@= E1 ),
         run(E1, H, [E|Seen], Bound, H2)
     ;   length(H1, N), N =< Bound,
-        run(E1, H1, [], Bound, H2)
+        ( H1 = [abort|_] -> H2 = H1 ; run(E1, H1, [], Bound, H2) )
     ).
 
 %!  naive_final(+Program, +History) is semidet.
@@ -114,6 +114,7 @@ t(int(Flag, P, E), H, [E1, int(Flag, P, E)], H1) :- !, Flag \== stopped, h(P, H)
 t(int(Flag, V, P, E), H, [E1, int(Flag, V, P, E)], H1) :- !,
     Flag \== stopped, picked(V, if(P, E, ?(false)), E0), t(E0, H, E1, H1).
 t(stop(Flag), H, [], [stop_interrupts|H]) :- !, Flag = stopped.
+t(abort, H, [], [abort|H]) :- !.
 t(abort(F), H, [], [e(F, false)|H]) :- !.
 t(atomic(E), H, E1, H1) :- !, t(E, H, E0, H1), holding(E0, E1).
 t(lock(E), H, E1, H1) :- !, ( t(E, H, E0, H1), holding(E0, E1) ; f(E, H), E1 = [], H1 = H ).

@@ -225,7 +225,9 @@ construct(sync, K0, D, P) :-
 construct(gexec, K, D, gexec(F, P)) :- K = k(Kind, _, _), test_formula(Kind, F), program(K, D, P).
 construct(goal, K, D, goal(F, P, G, Q)) :-
     K = k(Kind, _, _), test_formula(Kind, F), test_formula(Kind, G), program(K, D, P), program(K, D, Q).
-construct(abort, _, _, abort(F)) :- random_member(F, [q, p(a)]).
+construct(abort, k(_, Mode, _), _, P) :-
+    ( Mode == offline -> Ps = [abort] ; Ps = [] ),
+    random_member(P, [abort(q), abort(p(a))|Ps]).
 construct(atomic, K, D, P) :-
     program(K, D, Q), program(K, 0, R),
     random_member(P, [atomic(Q), conc(atomic([R, Q]), act(1)), pconc([tick(a), tick(b)], atomic([R, Q])),
