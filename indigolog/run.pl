@@ -165,8 +165,21 @@ program(Text, Program) :-
             throw(usage(Message)) )),
     (   Program == end_of_file
     ->  throw(usage('PROGRAM is empty'))
-    ;   true
+    ;   after_term(Text, Rest),
+        catch(term_string(end_of_file, Rest), error(syntax_error(_), _), fail)
+    ->  true
+    ;   throw(usage('PROGRAM is not one Prolog term: something follows its end'))
     ).
+
+% after_term(+Text, -Rest): what follows the term that Text begins with, which may be without an end of its own.
+after_term(Text, Rest) :-
+    End = "\n.",
+    string_concat(Text, End, Ended),
+    setup_call_cleanup(open_string(Ended, Stream),
+                       ( read_term(Stream, _, []),
+                         read_string(Stream, _, Left) ),
+                       close(Stream)),
+    ( string_concat(Rest0, End, Left) -> Rest = Rest0 ; Rest = "" ).
 
 syntax_words(end_of_clause, Words) =>
     Words = 'it ends too early'.

@@ -87,7 +87,7 @@ said(empty_loop(In, E), In, 'the loop ~q has nothing to do: it ends at once, wha
 said(no_domain(In, D), In, 'the domain ~q is neither a list nor a predicate of one argument', [D]).
 said(no_variable(In, V), In, '~q stands where a variable must: a Prolog variable or an atom', [V]).
 said(no_count(In, E, N), In, '~q takes a whole number, not ~q', ['$pi'(E), N]).
-said(no_seconds(In, E, T), In, '~q takes a number of seconds, not ~q', ['$pi'(E), T]).
+said(no_seconds(In, E, T), In, '~q takes a number of seconds from 0, not ~q', ['$pi'(E), T]).
 said(no_list(In, E, A), In, '~q takes a list, not ~q', ['$pi'(E), A]).
 said(no_result(In, P, R), In, '~q gives its result to ~q, an atom that neither pi nor some binds: a Prolog variable takes it',
      ['$pi'(P), R]).

@@ -91,7 +91,7 @@ argument_problem(E, in(Label, Names), What) :-
 argument_problem(E, in(Label, Names), What) :-
     ( E = time(_, A) ; E = ttime(_, A) ),
     nonvar(A),
-    \+ number(A),
+    \+ ( number(A), A >= 0 ),
     \+ memberchk(A, Names),
     What = no_seconds(in(Label, Names), E, A).
 argument_problem(E, in(Label, Names), What) :-

@@ -167,6 +167,7 @@ wrong(star(inc, many), no_count(_, _, many)).
 wrong(star(inc, counter + 2), no_count(_, _, counter + 2)).
 wrong(achieve(lit(a), many), no_count(_, _, many)).
 wrong(time(inc, soon), no_seconds(_, _, soon)).
+wrong(time(inc, -1), no_seconds(_, _, -1)).
 
 test(arguments, [forall(wrong(Program, What)), true(subsumes_term(What, Found))]) :-
     program_problems(Program, [problem(error, _, _, Found)]).

@@ -33,6 +33,16 @@ run_on(Theory, Words, Input, Status, Output, Errors) :-
 test(offline, Status-Output == 0-"inc\nswitch(a)\n2 actions.\n") :-
     run(['[inc, switch(a)]'], "", Status, Output, _).
 
+test(aborted_offline, Status-Output-Said == 1-"inc\n1 actions.\n"-true) :-
+    run(['[inc, abort, inc]'], "", Status, Output, Errors),
+    said(Errors, "the program was aborted", Said).
+
+test(one_term, [forall(member(Text, ['[inc]. foo bar', 'inc. say(1', 'inc. inc.'])), Status-Output == 2-""]) :-
+    run([Text], "", Status, Output, _).
+
+test(a_term_with_its_end, [forall(member(Text, ['inc.', ' inc . % and so on'])), Status-Output == 0-"inc\n1 actions.\n"]) :-
+    run([Text], "", Status, Output, _).
+
 test(version_as_the_pack_says, Status-Output == 0-Said) :-
     here(Folder),
     atom_concat(Folder, '/../../indigolog/pack.pl', Pack),
