@@ -15,6 +15,7 @@ A Why is one of
     stopped(Interrupt)              % waits for interrupts to run
     no_result(Action)               % a plan goes on with its sensing result
     no_plan(Program, Event)         % a plan was not made for Event, and what is left of Program has none
+    apart(Offers)                   % programs of sync/1 with no action in common; Offers are offer(Program, Actions)
     no_step(Program)                % anything else
     dead_end(Actions, Whys)         % a way that does not lead to the end
 
@@ -172,6 +173,16 @@ blocked(rpi(V, D, E), S, C, Why) =>
     blocked(pi((V, D), E), S, C, Why).
 blocked(interrupt(V, P, E), S, C, Why) =>
     blocked(pi(V, if(P, E)), S, C, Why).
+blocked(sync([E|Es]), S, C, Why) =>
+    maplist(offer(S, C), [E|Es], Offers),
+    (   member(offer(Idle, []), Offers),
+        blocked(Idle, S, C, Why)
+    *-> true
+    ;   \+ ( Offers = [offer(_, As)|Others],
+             member(A, As),
+             \+ ( member(offer(_, Bs), Others), \+ memberchk(A, Bs) ) ),
+        Why = apart(Offers)
+    ).
 blocked(goal(_, E, _, _), S, C, Why) =>
     blocked(E, S, C, Why).
 blocked(E, S, C, Why), construct(E, _), \+ plans(E), program_part(E, _) =>
@@ -189,6 +200,11 @@ blocked(E, S, C, Why) =>
         evaluated(E, S, A),
         why_not_possible(A, S, Why)
     ).
+
+% offer(+Situation, +Context, +Program, -Offer): the actions that Program can come to.
+offer(S, C, E, offer(E, As)) :-
+    findall(A, ( after_action(E, S, C, _, S1), last_action(S1, A) ), As0),
+    sort(As0, As).
 
 % Of these it is only said that they have no step.
 plans(searchc(_)).

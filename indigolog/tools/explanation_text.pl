@@ -96,6 +96,11 @@ said(no_plan(E, Event), []) -->
 said(no_step(E), []) -->
     { shown_program(E, Shown) },
     [ '~p has no step'-[Shown] ].
+said(apart(Offers), Offers) -->
+    [ 'the programs of sync have no action in common'-[] ].
+said(offer(E, As), []) -->
+    { shown_program(E, Shown) },
+    ( { As == [] } -> [ '~p can do nothing'-[Shown] ] ; [ '~p can do ~p'-[Shown, As] ] ).
 said(no_result(A), []) -->
     [ 'the plan goes on with the sensing result of ~p, and there is none (offline nothing is sensed)'-[A] ].
 said(dead_end([], Parts), Parts) -->

@@ -66,6 +66,12 @@ why(prioritized_interrupts([interrupt(lit(a), inc)]), [false(lit(a), [])]).
 why(if(lit(a), inc, never), [impossible(never, [false(false, [])])]).
 why(inc, []).
 why(atomic([?(lit(a)), inc]), [false(lit(a), [])]).
+why(sync([inc, ndet(switch(a), [?(counter = 0), switch(b)])]),
+    [apart([offer(inc, [inc]), offer(ndet(switch(a), [?(counter = 0), switch(b)]), [switch(a), switch(b)])])]).
+why(sync([inc, []]), [apart([offer(inc, [inc]), offer([], [])])]).
+why(sync([inc, [?(lit(a)), inc], [?(lit(b)), inc]]), [false(lit(a), []), false(lit(b), [])]).
+why(sync([ndet(never, inc), inc]), []).
+why(search([inc, sync([inc, never])]), [dead_end([inc], [impossible(never, [false(false, [])])])]).
 why(searchc([inc, ?(lit(a))]), [no_step(searchc([inc, ?(lit(a))]))]).
 why(case(look, [if(open, inc)]), [no_result(look)]).
 why(set(lit(a)), []).
@@ -89,6 +95,10 @@ test(no_end_of_steps_without_an_action, Whys == [no_step([while(true, ?(true)), 
 
 test(reads_well, Text == "and(counter<3,lit(b)) is false\n  lit(b) is false\n") :-
     whys(holds(and(counter < 3, lit(b))), [], Whys),
+    text(golog(why(Whys)), Text).
+
+test(what_each_has_reads_well, Text == "the programs of sync have no action in common\n  inc can do [inc]\n  [] can do nothing\n") :-
+    whys(sync([inc, []]), [], Whys),
     text(golog(why(Whys)), Text).
 
 test(nothing_to_explain, Text == "There is nothing to explain: it is so\n") :-
