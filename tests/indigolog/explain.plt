@@ -97,7 +97,8 @@ test(reads_well, Text == "and(counter<3,lit(b)) is false\n  lit(b) is false\n") 
     whys(holds(and(counter < 3, lit(b))), [], Whys),
     text(golog(why(Whys)), Text).
 
-test(what_each_has_reads_well, Text == "the programs of sync have no action in common\n  inc can do [inc]\n  [] can do nothing\n") :-
+test(what_each_can_do_reads_well,
+     Text == "the programs of sync have no action in common\n  inc can do [inc]\n  [] can do nothing\n") :-
     whys(sync([inc, []]), [], Whys),
     text(golog(why(Whys)), Text).
 
