@@ -19,6 +19,7 @@ from typing import TypeVar
 
 from bridge import __version__
 from bridge.errors import EXIT_BAD_INPUT, EXIT_DEVICE, BadInput, LightsAndCameraError
+from bridge.stopping import Stopped
 
 Number = TypeVar("Number", int, float)
 MOST_SEED = 2**63 - 1  # as in `bridge.messages`, which takes longer to load
@@ -37,16 +38,34 @@ def run_command(name: str, about: str, commands: Mapping[str, str], words: Seque
     words
         The command line, without the program.
     """
+    _open_what_is_closed()
     try:
         status = _run_command(name, about, commands, words)
         sys.stdout.flush()
     except BrokenPipeError:  # its reader has seen enough; nothing more can be said there
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return EXIT_READER_GONE
+    except Stopped as stopped:
+        return stopped.status
     except (LightsAndCameraError, OSError) as error:
         print(f"{name}: {' '.join(str(error).split())}", file=sys.stderr)
         return error.exit_status if isinstance(error, LightsAndCameraError) else EXIT_DEVICE
     return status
+
+
+def _open_what_is_closed() -> None:
+    """Open standard output and error that a shell has closed (`>&-`), or files take their places.
+
+    To write there is an error on output, as it is where a disk is full; what is said on error goes nowhere.
+    """
+    for name, mode in (("stdout", os.O_RDONLY), ("stderr", os.O_WRONLY)):
+        if getattr(sys, name) is None:
+            place = {"stdout": 1, "stderr": 2}[name]
+            opened = os.open(os.devnull, mode)
+            if opened != place:
+                os.dup2(opened, place)
+                os.close(opened)
+            setattr(sys, name, os.fdopen(place, "w", encoding="utf-8", closefd=False))
 
 
 def _run_command(name: str, about: str, commands: Mapping[str, str], words: Sequence[str]) -> int:
@@ -70,7 +89,11 @@ def _run_command(name: str, about: str, commands: Mapping[str, str], words: Sequ
     command = import_module(f"{name}.commands.{words[0].replace('-', '_')}")
     parser = new_parser(f"{program} {words[0]}", commands[words[0]])
     command.add_options(parser)
-    return command.run(parser.parse_intermixed_args(words[1:])) or 0
+    try:
+        options = parser.parse_intermixed_args(words[1:])
+    except SystemExit as end:  # help, or what cannot be read, is written
+        return EXIT_BAD_INPUT if end.code else 0
+    return command.run(options) or 0
 
 
 def new_parser(program: str, about: str) -> ArgumentParser:

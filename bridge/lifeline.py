@@ -1,4 +1,4 @@
-"""What ends a server from outside: a signal, its parent's death, or a word from another thread."""
+"""What ends a program from outside: a signal; of a server its parent's death or another thread."""
 
 import os
 import select
@@ -108,6 +108,18 @@ class Lifeline:
             os.close(self._parent)
 
 
+def leave_at_signals() -> None:
+    """From now on SIGINT and SIGTERM end the process at once and without a word, as a shell's 130 and 143.
+
+    An exception out of a handler, as KeyboardInterrupt, may meet a compiled kernel, which it crashes, or a
+    library that catches it. What has to be finished first has handlers of its own: `Lifeline`, `Stopping`. A
+    signal that whoever started this has ignored stays so.
+    """
+    for signum in (signal.SIGINT, signal.SIGTERM):
+        if signal.getsignal(signum) != signal.SIG_IGN:
+            signal.signal(signum, lambda number, _: os._exit(128 + number))
+
+
 def _readable(descriptors: list[int], timeout_ms: int | None) -> list[tuple[int, int]]:
     poll = select.poll()
     for descriptor in descriptors:
@@ -123,6 +135,7 @@ def leave(status: int) -> NoReturn:
     """
     if "logging" in sys.modules:  # who has not loaded it has logged nothing
         sys.modules["logging"].shutdown()
-    sys.stdout.flush()
-    sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        with suppress(OSError):  # `run_command` has said so
+            stream.flush()
     os._exit(status)

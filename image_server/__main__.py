@@ -2,8 +2,7 @@
 
 import sys
 
-from bridge.command_line import run_command
-from bridge.lifeline import leave
+from bridge.lifeline import leave, leave_at_signals
 from numerics.memory import collect_rarely, keep_freed_memory
 
 COMMANDS = {
@@ -19,6 +18,9 @@ COMMANDS = {
 
 def main() -> None:
     """`python -m image_server`, and `image-server` where it is installed."""
+    leave_at_signals()
+    from bridge.command_line import run_command  # late: a signal that comes meanwhile ends it, too
+
     keep_freed_memory()
     collect_rarely()
     leave(run_command("image_server", "A camera and lights: settings in, frame out.", COMMANDS, sys.argv[1:]))

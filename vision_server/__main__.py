@@ -2,8 +2,7 @@
 
 import sys
 
-from bridge.command_line import run_command
-from bridge.lifeline import leave
+from bridge.lifeline import leave, leave_at_signals
 from numerics.blas import use_one_blas_thread
 from numerics.memory import collect_rarely, keep_freed_memory
 
@@ -22,6 +21,9 @@ COMMANDS = {
 
 def main() -> None:
     """`python -m vision_server`, and `vision-server` where it is installed."""
+    leave_at_signals()
+    from bridge.command_line import run_command  # late: a signal that comes meanwhile ends it, too
+
     use_one_blas_thread()
     keep_freed_memory()
     collect_rarely()

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 from bridge.command_line import counted, number, whole_number
 from bridge.errors import BadInput
+from bridge.stopping import Stopping
 from image_server.commands.hardware import laboratory_device
 from image_server.commands.options import add_camera, add_equipment, add_seed
 from image_server.commands.replay import replay_device
@@ -81,16 +82,22 @@ def run(options: Namespace) -> None:
     from image_server.recording.record import record_basis, record_frames
 
     out, settings = options.out, options.settings
-    with _opened(options) as device:
+    with _opened(options) as device, Stopping() as stopping:
+
+        def say(text: str) -> None:
+            print(text, file=sys.stderr)
+            stopping.heed()
+
         describe = device.describe()
         if options.kind == "frames":
             if not settings:
                 raise BadInput("There is nothing to record.", "Give --settings LEVELS:SHUTTER:APERTURE.")
             wanted = [one for text in settings for one in parsed_settings(text, describe)]
-            done = record_frames(device, out, wanted, options.repeat, _say)
+            done = record_frames(device, out, wanted, options.repeat, say)
         else:
             at = parsed_settings(settings[0], describe)[0] if settings else _reference(describe)
-            done = record_basis(device, out, at, options.average, options.black, _say)
+            done = record_basis(device, out, at, options.average, options.black, say)
+        stopping.heed()
     print(f"{out}: {counted(done.frames, 'frame')} recorded, {done.unverified} of them unverified")
 
 
@@ -155,7 +162,3 @@ def _opened(options: Namespace) -> Iterator[Device]:
         yield device
     finally:
         device.close()
-
-
-def _say(text: str) -> None:
-    print(text, file=sys.stderr)

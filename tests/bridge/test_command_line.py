@@ -1,10 +1,15 @@
 """Command lines of the Python programs, as a shell uses them."""
 
+import os
+import signal
 import subprocess
 import sys
+import time
 from argparse import ArgumentParser, ArgumentTypeError
 from collections.abc import Callable
+from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 from types import ModuleType
 from typing import get_args
 
@@ -41,6 +46,54 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
         done.stdin.close()
         assert done.stderr.read() == ""
         assert done.wait(60) == EXIT_READER_GONE
+
+
+@pytest.mark.parametrize(
+    ("closing", "word", "status", "said"),
+    [
+        (">&-", "--version", 4, "vision_server: [Errno 9] Bad file descriptor\n"),
+        (">&-", "track --help", 4, "vision_server: [Errno 9] Bad file descriptor\n"),
+        ("2>&-", "--version", 0, ""),
+        ("2>&-", "talk", 2, ""),
+        (">&- 2>&- <&-", "--version", 4, ""),
+    ],
+)
+def test_streams_may_be_closed(closing: str, word: str, status: int, said: str) -> None:
+    line = ["sh", "-c", f'exec "$@" {closing}', "sh", sys.executable, "-m", "vision_server", *word.split()]
+    done = subprocess.run(line, capture_output=True, text=True, timeout=60, check=False)
+    assert (done.returncode, done.stderr) == (status, said)
+    assert done.stdout.startswith("vision_server ") if status == 0 else done.stdout == ""
+
+
+def opened_by_reader(pipe: Path) -> int:
+    """The writing end of a named pipe, as soon as a command has come to read it."""
+    for _ in range(600):
+        with suppress(OSError):
+            return os.open(pipe, os.O_WRONLY | os.O_NONBLOCK)
+        time.sleep(0.1)
+    raise TimeoutError(f"nobody reads {pipe}")
+
+
+@pytest.mark.parametrize(("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize(
+    "words",
+    [
+        "vision_server check x.png --model x.cao --pose x.toml --camera",
+        "image_server record x --kind frames --settings each --scenario",
+    ],
+)
+def test_a_signal_ends_a_command_without_a_word(
+    tmp_path: Path, words: str, sent: signal.Signals, status: int
+) -> None:
+    pipe = tmp_path / "camera.toml"
+    os.mkfifo(pipe)
+    line = [sys.executable, "-m", *words.split(), str(pipe)]
+    with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        opened = opened_by_reader(pipe)
+        running.send_signal(sent)
+        assert running.communicate(timeout=60) == ("", "")
+    os.close(opened)
+    assert running.returncode == status
 
 
 @pytest.mark.parametrize(

@@ -139,3 +139,32 @@ def test_a_server_with_a_client_is_not_idle(folder: Path) -> None:
         assert client.request("count")[0] == {"count": 2}
     running.thread.join(60)
     assert running.status == 0
+
+
+CATCHES = """
+import signal, sys, time
+from bridge.lifeline import leave_at_signals
+leave_at_signals()
+print("ready", flush=True)
+while True:
+    try:
+        time.sleep(600)
+    except BaseException:
+        print("caught", flush=True)
+"""
+
+
+@pytest.mark.parametrize(("signum", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_signal_ends_a_command_that_catches_everything(start: Start, signum: int, status: int) -> None:
+    process = start(CATCHES)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(signum)
+    out, err = process.communicate(timeout=DEADLINE_S)
+    assert (process.returncode, out, err) == (status, "", "")
+
+
+def test_a_signal_that_is_ignored_stays_so(start: Start) -> None:
+    code = "import os, signal; signal.signal(signal.SIGINT, signal.SIG_IGN); from bridge.lifeline import *;"
+    process = start(f"{code} leave_at_signals(); os.kill(os.getpid(), signal.SIGINT); print('goes on')")
+    assert process.communicate(timeout=DEADLINE_S) == ("goes on\n", "")

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from bridge.command_line import add_keys, number, whole_number
 from bridge.errors import EXIT_NO_POSE, BadInput
+from bridge.stopping import STATUS, Stopping
 from vision_server.commands.files import started_at
 from vision_server.commands.options import (
     add_colour,
@@ -23,7 +24,6 @@ from vision_server.commands.options import (
     told_edge_radius,
     warn,
 )
-from vision_server.commands.stopping import STATUS, Stopped, Stopping
 
 if TYPE_CHECKING:
     from vision_server.serve.inputs import GivenCamera
@@ -75,15 +75,6 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Track and print; the exit status."""
-    try:
-        return _tracked(options)
-    except Stopped as stopped:  # what ends a camera; the film is whole
-        return stopped.status
-    except KeyboardInterrupt:  # before there were frames
-        return STATUS + signal.SIGINT
-
-
-def _tracked(options: Namespace) -> int:
     from bridge.keys import client_keys
     from vision_server.channels.image_files import PLAIN
     from vision_server.serve.described import camera_doubt, used_camera

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import replace
-from multiprocessing import get_context
 from typing import TYPE_CHECKING
 
 from numerics.stale_kernels import remove_stale_kernels
@@ -41,18 +43,21 @@ def run(_: Namespace) -> None:
 
 @contextmanager
 def _beside() -> Iterator[None]:
-    """The second process, `refine`, while the block runs; what it leaves the block does."""
+    """The second process, `refine`, while the block runs; what it leaves the block does.
+
+    It is in a session of its own: Ctrl-C reaches this process, with which it ends.
+    """
     if cores() == 1:
         yield
         return
-    second = get_context("spawn").Process(target=refine, daemon=True)
-    second.start()
-    try:
-        yield
-        second.join(LONGEST_S)
-    finally:
-        second.kill()
-        second.join()
+    words = f"from {__name__} import refine; refine({os.getpid()})"
+    with subprocess.Popen([sys.executable, "-c", words], start_new_session=True) as second:
+        try:
+            yield
+            with suppress(subprocess.TimeoutExpired):
+                second.wait(LONGEST_S)
+        finally:
+            second.kill()
 
 
 def warm_up() -> None:
@@ -84,14 +89,16 @@ def warm_up() -> None:
     assert channels[0].lone_blur_px is not None
 
 
-def refine() -> None:
-    """Find the kinds of a cube's edges, refine its pose, and weigh it against itself."""
+def refine(parent_pid: int) -> None:
+    """Find the kinds of a cube's edges, refine its pose and weigh it anew, while a process lives."""
+    from bridge.lifeline import Lifeline
     from vision_server.kinds.kinds import edge_kinds
     from vision_server.pose.observation import PoseProblem
     from vision_server.trust.likely import last_step
     from vision_server.trust.ranking import best_first
     from vision_server.trust.told_apart import evidence_apart
 
+    Lifeline(parent_pid).enforce()
     model, camera, pose, images = _photographed_cube()
     edge_kinds([image.statistics for image in images.images.values()])
     problem = PoseProblem.at_scale(images.gradients(["sharp"]), model, camera, 0, 0.01, 0.0)

@@ -1,5 +1,6 @@
 """Recording: what is replayed from a recorded stack is what the device would have shown."""
 
+import signal
 from pathlib import Path
 
 import msgspec
@@ -199,6 +200,23 @@ def test_a_camera_that_fails_leaves_no_empty_folder(
         with pytest.raises(DeviceError):
             record_frames(simulator, folder, settings, 1, lambda _: None)
     assert [one.name for one in tmp_path.iterdir()] == ["given"]
+
+
+def test_ctrl_c_ends_a_recording_and_leaves_no_empty_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    capture, taken = Simulator.capture, []
+
+    def pressed(simulator: Simulator, settings: Settings) -> Frame:
+        signal.raise_signal(signal.SIGINT)
+        taken.append(settings)
+        return capture(simulator, settings)
+
+    monkeypatch.setattr(Simulator, "capture", pressed)
+    words = (tmp_path / "new", "--kind", "frames", "--scenario", "nominal", "--settings", "each")
+    done = command("image_server", "record", *words)
+    assert (done.returncode, len(taken), done.stdout) == (130, 1, "")
+    assert not (tmp_path / "new").exists()
 
 
 def test_settings_are_written_as_photographers_do(simulator: Simulator) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from vision_server.commands.stopping import Stopped, Stopping
+from bridge.stopping import Stopped, Stopping
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM for a command that has a file to finish: heeded between frames, and in waits."""
+"""Ctrl-C and SIGTERM for a command that has files to finish: heeded between frames, and in waits."""
 
 from __future__ import annotations
 
@@ -40,16 +40,17 @@ class Stopping:
         while True:
             self._waits = True
             try:
-                self._heed()
+                self.heed()
                 item = next(coming)
             except StopIteration:
                 return
             finally:
                 self._waits = False
-            self._heed()
+            self.heed()
             yield item
 
-    def _heed(self) -> None:
+    def heed(self) -> None:
+        """Raise Stopped where a signal has come."""
         if self._number is not None:
             raise Stopped(self._number)
 
