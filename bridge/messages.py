@@ -21,8 +21,9 @@ Positive = Annotated[float, Meta(gt=0)]
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 Level = Annotated[int, Meta(ge=0, le=65535)]
 Count = Annotated[int, Meta(ge=1, le=65536)]
-Coordinate = Annotated[float, Meta(ge=-1e6, le=1e6)]
+MOST_COORDINATE = 1e6
 """In metres, or rad about an axis; far beyond what anything of this is used for, and its square is finite."""
+Coordinate = Annotated[float, Meta(ge=-MOST_COORDINATE, le=MOST_COORDINATE)]
 Vector3 = tuple[Coordinate, Coordinate, Coordinate]
 Length = Annotated[float, Meta(gt=0, le=1e6)]
 Shutter = Annotated[float, Meta(ge=1e-9, le=1e5)]

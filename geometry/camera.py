@@ -1,5 +1,6 @@
 """Camera with the lens distortion of OpenCV: four, five, eight or twelve coefficients, or fisheye."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -15,6 +16,7 @@ UNDISTORT_ITERATIONS = 30  # at most, chosen by hand: it ends at the tolerance
 UNDISTORT_TOLERANCE = 1e-12  # in normalised image coordinates
 COEFFICIENT_COUNTS = {"pinhole": (5, 8, 12), "fisheye": (4,)}
 MOST_FISHEYE_RAD = 1.4  # from its axis (80 degrees), to which a fisheye is used: beyond, no plane holds it
+MOST_PX = 1e6  # of focal lengths and principal points: far beyond lenses on large sensors
 FISHEYE_HALVINGS = 48  # of that angle: to 1e-14 rad
 MOST_APART_PX = 1.0  # between a point of the border and where the ideal point that was found is seen
 
@@ -189,7 +191,7 @@ class Camera:
 
         Raises
         ------
-        GeometryError : a missing key or a value that is not a number.
+        GeometryError : a missing key, a value that is not a number, one beyond MOST_PX.
         """
         table = data.get("camera", data)
         missing = [key for key in ("width", "height", "fx", "fy", "cx", "cy") if key not in table]
@@ -201,10 +203,13 @@ class Camera:
             fx, fy, cx, cy = (float(table[key]) for key in ("fx", "fy", "cx", "cy"))
             coefficients = tuple(float(value) for value in distortion)
             width, height = int(table["width"]), int(table["height"])
-        except (TypeError, ValueError) as error:
+        except (TypeError, ValueError, OverflowError) as error:
             raise GeometryError(
                 f"[camera] needs numbers for its size, fx, fy, cx, cy and distortion: {error}"
             ) from error
+        for name, value in (("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)):
+            if math.isfinite(value) and abs(value) > MOST_PX:
+                raise GeometryError(f"camera {name} must be at most {MOST_PX:g} px, got {value:g}")
         if lens == "pinhole" and len(coefficients) == 4:
             coefficients = (*coefficients, 0.0)
         return cls(width, height, fx, fy, cx, cy, coefficients, lens)

@@ -48,7 +48,7 @@ class PoseError:
 def _vector(value: ArrayLike, name: str, size: int = 3) -> Floats:
     try:
         out = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, OverflowError) as error:
         raise GeometryError(f"{name} must be {size} numbers, got {value!r}") from error
     if out.shape != (size,):
         raise GeometryError(f"{name} must be {size} numbers, got shape {out.shape}")

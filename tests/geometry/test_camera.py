@@ -76,6 +76,9 @@ def test_no_distortion_may_be_left_out() -> None:
         ({"distortion": [0.1]}, "four, five, eight or twelve"),
         ({"distortion": [0.1] * 14}, "got 14"),
         ({"distortion": [0, 0, 0, 0, float("inf")]}, "finite"),
+        ({"fx": 1e300}, "fx must be at most"),
+        ({"cy": -1e7}, "cy must be at most"),
+        ({"fx": 10**400}, "needs numbers"),
     ],
 )
 def test_bad_values_are_refused(change: dict[str, object], message: str) -> None:

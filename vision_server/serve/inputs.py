@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from bridge.errors import BadInput
-from bridge.messages import TargetDescription
+from bridge.messages import MOST_COORDINATE, TargetDescription
 from geometry.camera import Camera
 from geometry.errors import GeometryError
 from geometry.model import Model, load_model, size_meant
@@ -110,14 +110,10 @@ def read_seed_pose(path: Path, model: Model) -> Pose:
     for key in ("target", "seed_pose"):
         if isinstance(data, dict) and key in data:
             data = data[key]
-    try:
-        if not isinstance(data, dict):
-            raise GeometryError("the seed pose is not a table")
-        return checked_pose(Pose.from_dict(data), model)
-    except GeometryError as error:
-        raise BadInput(
-            f"{path}: {error}.", "Give [target.seed_pose] with rotation_vector and translation."
-        ) from error
+    advice = "Give [target.seed_pose] with rotation_vector and translation."
+    if not isinstance(data, dict):
+        raise BadInput(f"{path}: the seed pose is not a table.", advice)
+    return _pose_of(data, path, model, advice)
 
 
 def read_pose(path: Path, model: Model) -> Pose:
@@ -130,12 +126,18 @@ def read_pose(path: Path, model: Model) -> Pose:
     BadInput
         It cannot be read, or is no pose of the model. A seed pose, as of a stack, is not taken for one.
     """
+    advice = "Give rotation_vector and translation at its top, in no [table]."
+    return _pose_of(_told_pose(path, "pose"), path, model, advice)
+
+
+def _pose_of(table: Mapping[str, Any], path: Path, model: Model, advice: str) -> Pose:
+    """The pose of a file's table, or BadInput with the advice where it has none."""
     try:
-        return checked_pose(Pose.from_dict(_told_pose(path, "pose")), model)
+        return checked_pose(Pose.from_dict(table), model)
     except GeometryError as error:
-        raise BadInput(
-            f"{path}: {error}.", "Give rotation_vector and translation at its top, in no [table]."
-        ) from error
+        told = all(name in table for name in ("rotation_vector", "translation"))
+        hint = "It is camera_T_target, rad and metres." if told else advice
+        raise BadInput(f"{path}: {error}.", hint) from error
 
 
 def _told_pose(path: Path, what: str) -> dict[str, Any]:
@@ -189,8 +191,12 @@ def checked_pose(pose: Pose, model: Model) -> Pose:
     Raises
     ------
     GeometryError
-        The middle of the target is not in front of the camera, or the camera is there.
+        A number beyond those of the messages; the middle of the target is not in front of the camera, or the
+        camera is there.
     """
+    for name, values in pose.to_dict().items():
+        if max(map(abs, values)) > MOST_COORDINATE:
+            raise GeometryError(f"pose {name} must be at most {MOST_COORDINATE:g}, got {values}")
     middle = pose.apply(model.middle[None])[0]
     depth = middle[2]
     if not depth > 0.0:
