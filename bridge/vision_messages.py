@@ -29,6 +29,9 @@ from bridge.start_messages import (
 
 Parameter = bool | int | float | str | dict[str, Any] | None
 Seconds = dict[str, NotNegative]
+MOST_TIME = 1e19
+"""Of a frame, if in s: ns since 1970 are less, too, and what motion makes of such a time is finite."""
+Time = Annotated[float, Meta(ge=-MOST_TIME, le=MOST_TIME)]
 
 
 class VisionCaptureArgs(Message, frozen=True):
@@ -207,7 +210,7 @@ class TrackArgs(Message, frozen=True):
         When it was taken; ``None`` where nothing tells, and frames come 30 a second.
     """
 
-    time_s: float | None = None
+    time_s: Time | None = None
 
 
 class TrackResult(Message, frozen=True):

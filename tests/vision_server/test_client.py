@@ -46,6 +46,16 @@ def frames(count: int) -> tuple[list[Pose], list[Any]]:
     ]
 
 
+def test_a_time_beyond_all_clocks_is_refused_by_its_name(endpoint: str) -> None:
+    _, shown = frames(2)
+    with Vision(endpoint, TARGETS / "cube.cao", CAMERA.to_dict(), FIRST.to_dict()) as vision:
+        assert vision.track(shown[0], time_s=1.7e18)["frame"] == 0  # ns since 1970
+        with pytest.raises(ServerError, match="time_s") as refused:
+            vision.track(shown[1], time_s=1e300)
+        assert refused.value.code == "bad_arguments"
+        assert vision.track(shown[1], time_s=1.7e18 + 3e7)["frame"] == 1
+
+
 def test_the_example_of_the_docs_follows_a_target_and_judges_its_pose(endpoint: str, root: Path) -> None:
     text = (root / "docs" / "tracking.md").read_text()
     (example,) = (code for code in re.findall(r"```python\n(.*?)```", text, re.S) if "Vision(" in code)

@@ -117,8 +117,8 @@ class Tracker:
         BadInput : another size or type.
         """
         began = time.process_time()
+        check_size(pixels, self.camera, self._frame + 1)  # a frame that is refused moves nothing on
         self._frame += 1
-        check_size(pixels, self.camera, self._frame)
         note, seconds = self._clock.passed(pixels, time_s)
         self._turning.passed(seconds)
         state, pose, covariance, support = self._seen(pixels, seconds)

@@ -11,6 +11,7 @@ from benchmarks.films import CAMERA as film_camera  # noqa: N811
 from benchmarks.films import film
 from benchmarks.printed_boxes import sharp
 from bridge.errors import BadInput
+from bridge.vision_messages import MOST_TIME
 from geometry.model import Model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
@@ -144,6 +145,21 @@ def test_a_frozen_camera_and_a_clock_that_goes_back_are_said(model: Model) -> No
 def test_a_frame_of_another_size_is_refused(model: Model) -> None:
     with pytest.raises(BadInput, match="Frame 0 has 100x80 px of uint8, the camera 320x240"):
         Tracker(model, CAMERA, NEAR).step(np.zeros((80, 100), np.uint8))
+
+
+def test_a_frame_that_is_refused_moves_neither_number_nor_clock(model: Model) -> None:
+    tracker, (frame,) = Tracker(model, CAMERA, NEAR), filmed(model, [NEAR])
+    assert tracker.step(frame, 5.0).frame == 0
+    with pytest.raises(BadInput, match="Frame 1 has 10x10"):
+        tracker.step(np.zeros((10, 10), np.uint8), 9.0)
+    told = tracker.step(frame, 6.0)
+    assert (told.frame, "goes back" in told.note) == (1, False)
+
+
+def test_after_the_longest_time_that_messages_tell_a_target_is_looked_for(model: Model) -> None:
+    tracker, (frame,) = Tracker(model, CAMERA, NEAR), filmed(model, [NEAR])
+    assert tracker.step(frame, -MOST_TIME).pose is not None
+    assert tracker.step(frame, MOST_TIME).frame == 1
 
 
 def test_what_a_search_finds_is_told_as_exactly_as_its_lines_are() -> None:
