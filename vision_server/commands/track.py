@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable, Iterator
@@ -21,6 +22,7 @@ from vision_server.commands.options import (
     add_gamma,
     add_model_and_camera,
     add_seed,
+    check_outputs,
     told_edge_radius,
     warn,
 )
@@ -32,7 +34,8 @@ if TYPE_CHECKING:
     from vision_server.tracking.tracker import Tracker
 
 
-FPS = 30.0  # of a film of image files, where nothing tells
+FPS = 30.0  # of a film, where nothing tells
+QUIET = "-8"  # of FFmpeg's levels
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -81,6 +84,8 @@ def run(options: Namespace) -> int:
     from vision_server.serve.inputs import read_camera_file, told_raw
     from vision_server.tracking.sources import Source, is_served
 
+    os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", QUIET)  # what counts of videos is said here
+    check_outputs(options, ["frames", "model", "camera", "seed_pose"], ["overlay"])
     _check_source(options, is_served(options.frames))
     given = None if options.camera is None else read_camera_file(options.camera)
     raw = PLAIN if given is None else told_raw(given.table)
@@ -129,7 +134,8 @@ def _followed(options: Namespace, tracker: Tracker, source: Source) -> int:
         if options.overlay is not None:
             from report.film import Film
 
-            film = Film(options.overlay, tracker.model, tracker.camera, options.fps or FPS)
+            rate = source.rate() or options.fps or FPS
+            film = Film(options.overlay, tracker.model, tracker.camera, rate)
         try:
             for frame in stopping.each(_timed(islice(source, options.count), options.fps)):
                 told = _stepped(tracker, frame)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 import time
 from collections.abc import Iterator, Sequence
@@ -26,7 +25,7 @@ from vision_server.tracking.served_frames import SCHEMES, ServedFrames
 IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".bmp"}
 DRAWN = ("-overlay", "-edges")  # pictures for people, beside a session's frames
 DEVICE = "/dev/video"
-QUIET = "-8"  # of FFmpeg's levels
+RATES = (1.0, 1000.0)  # frames a second of films; files without an even rate tell e.g. 90000 (by hand)
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,6 +57,21 @@ def _by_number(file: Path) -> tuple[list[str | int], str]:
     """Names in the order in which people count: f2 before f10."""
     parts = re.split("([0-9]+)", file.name)
     return [int(part) if place % 2 else part for place, part in enumerate(parts)], file.name
+
+
+def _is_live(place: Path) -> bool:
+    """Whether it is a camera, not a file."""
+    return str(place).startswith(DEVICE)
+
+
+def _opened(place: Path) -> cv2.VideoCapture:
+    """A video or camera, to be released; raises BadInput where there is none."""
+    if not place.exists():
+        raise BadInput(f"There is no {place}.", "Check the path.")
+    video = cv2.VideoCapture(str(place))
+    if not video.isOpened():
+        raise BadInput(f"{place} is no video or camera that can be read.", "Is the file whole?")
+    return video
 
 
 def is_served(words: Sequence[str]) -> bool:
@@ -126,6 +140,15 @@ class Source:
             strange = next(word for word in words if word.suffix.lower() not in IMAGES)
             raise BadInput(f"{strange} is no image file.", "Give images, or one folder, video or camera.")
 
+    def rate(self) -> float | None:
+        """Frames a second that a video file tells; None where it tells none, and of any other source."""
+        if self._video is None or _is_live(self._video):
+            return None
+        video = _opened(self._video)
+        rate = float(video.get(cv2.CAP_PROP_FPS))
+        video.release()
+        return rate if RATES[0] <= rate <= RATES[1] else None
+
     def __iter__(self) -> Iterator[Frame]:
         if self._server is not None:
             return self._captured(self._server)
@@ -156,14 +179,9 @@ class Source:
             yield Frame(str(file), self._raw.grey(pixels, seen))
 
     def _recorded(self, place: Path) -> Iterator[Frame]:
-        live = str(place).startswith(DEVICE)
-        if not place.exists():
-            raise BadInput(f"There is no {place}.", "Check the path.")
-        os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", QUIET)  # what counts is said here
-        video = cv2.VideoCapture(str(place))
+        live = _is_live(place)
+        video = _opened(place)
         try:
-            if not video.isOpened():
-                raise BadInput(f"{place} is no video or camera that can be read.", "Is the file whole?")
             rate, count = video.get(cv2.CAP_PROP_FPS), int(video.get(cv2.CAP_PROP_FRAME_COUNT))
             number = 0
             while True:

@@ -1,6 +1,7 @@
 """`python -m vision_server track` and `check`: JSON, exit statuses, films, and what is refused."""
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,6 +24,7 @@ from tests.vision_server.synthetic import CAMERA, POSE, camera_file, cuboid
 from tests.vision_server.tracking.films import filmed, moving
 from vision_server.__main__ import COMMANDS
 from vision_server.channels.depth import Pixels
+from vision_server.tracking import sources
 from vision_server.tracking.sources import Source
 from vision_server.tracking.tracked import Tracked
 from vision_server.tracking.tracker import Tracker
@@ -79,6 +81,7 @@ def test_one_object_a_frame_and_a_film(folder: Path, tmp_path: Path, source: str
     assert last.error_to(moving(COUNT)[-1]).within(0.5, 0.005)
     video = cv2.VideoCapture(str(film))
     assert int(video.get(cv2.CAP_PROP_FRAME_COUNT)) == COUNT
+    assert video.get(cv2.CAP_PROP_FPS) == (25.0 if source == "film.avi" else 30.0)
 
 
 def test_image_files_have_the_times_of_the_rate_that_is_told(folder: Path) -> None:
@@ -109,6 +112,9 @@ def test_what_track_tells_of_a_frame_is_a_pose_to_check_and_to_start_from(
         ("[1, 2]", "tells no pose"),
         ('{"pose": {"translation": [0, 0, 1]}}', "no rotation_vector"),
         ('{"pose": {"rotation_vector": [NaN, 0, 0], "translation": [0, 0, 1]}}', "must be finite"),
+        ('{"pose": {"rotation_vector": [0, 0, 0], "translation": [0, 0, 1e300]}}', "at most 1e+06"),
+        ('{"pose": {"rotation_vector": [1e155, 0, 0], "translation": [0, 0, 1]}}', "at most 1e+06"),
+        ('{"pose": {"rotation_vector": [0, 0, 0], "translation": [0, 0, -1]}}', "is behind the camera"),
     ],
 )
 def test_a_json_file_without_a_pose_is_refused_plainly(
@@ -121,6 +127,7 @@ def test_a_json_file_without_a_pose_is_refused_plainly(
     )
     assert done.returncode == 2
     assert said in done.stderr and str(file) in done.stderr
+    assert ("in no [table]" in done.stderr) == (said == "no rotation_vector")
 
 
 @pytest.mark.parametrize(
@@ -236,6 +243,34 @@ def test_a_film_of_another_kind_is_refused_before_anything_is_done(folder: Path)
     done = command("vision_server", "track", *words)
     assert (done.returncode, done.stdout) == (2, "")
     assert "must end in .mp4 or .mov" in done.stderr
+
+
+def test_a_video_is_not_written_over(folder: Path, tmp_path: Path) -> None:
+    video = tmp_path / "film.mp4"
+    shutil.copy(folder / "film.avi", video)
+    done = command("vision_server", "track", *of(folder, str(video), "--overlay", str(video)))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "it is read as well" in done.stderr
+    assert video.read_bytes() == (folder / "film.avi").read_bytes()
+
+
+def test_a_film_that_cannot_be_written_to_its_end_is_said(folder: Path, tmp_path: Path) -> None:
+    words = of(folder, str(folder / "frames"), "--seed-pose", str(folder / "right.toml"), "--json")
+    line = [sys.executable, "-m", "vision_server", "track", *words, "--overlay", str(tmp_path / "out.mp4")]
+    limited = ["sh", "-c", 'ulimit -f 4; exec "$@"', "sh", *line]
+    done = subprocess.run(limited, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 4, done.stderr
+    assert len(done.stdout.splitlines()) == COUNT
+    assert done.stderr.splitlines()[-1].endswith("cannot be written to its end. Is the disk full?")
+    assert len(done.stderr.splitlines()) == 1
+
+
+def test_a_rate_that_no_film_has_is_not_a_film_s(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    source = Source([str(folder / "film.avi")])
+    assert source.rate() == 25.0
+    assert Source([str(folder / "frames")]).rate() is None
+    monkeypatch.setattr(sources, "RATES", (30.0, 60.0))
+    assert source.rate() is None
 
 
 def test_of_a_session_s_folder_its_frames_are_tracked_in_their_order(tmp_path: Path) -> None:
