@@ -49,7 +49,7 @@ def _values(found: Verified) -> dict[str, Any]:
 def _print(found: Verified) -> None:
     print(f"Estimated again from {len(found.images)} of its images: {' '.join(found.images)}")
     if found.as_stated:
-        print("Images, model, settings, pose, covariance and score are as stated.")
+        print("Images, model, settings, pose, covariance, score and merit are as stated.")
     for difference in found.differences:
         print(f"Differs: {difference}.")
     pose = found.estimate.pose

@@ -26,6 +26,7 @@ from vision_server.trust.judgement import Estimate
 
 SAME_SIGMAS = 0.01  # poses no more stated standard deviations apart are the same; chosen by hand
 SAME = 1e-3  # of other numbers, relative: another processor's arithmetic may differ; chosen by hand
+MERIT_PX = 15.0  # of a score of 0: docs/result.md, by domain/reasoning/merit.pl
 NUMBERS = ("score", "rms_px", "uncertainty", "supported_fraction", "ambiguity")
 
 
@@ -145,7 +146,7 @@ def _differences(stated: Result, found: Estimate) -> list[str]:
     out = []
     pose = Pose.of(stated.pose)
     apart = pose.error_to(found.pose)
-    sigmas = np.sqrt(np.diag(np.array(stated.covariance)))
+    sigmas = np.sqrt(np.maximum(np.diag(np.array(stated.covariance)), 0.0))
     if (
         math.radians(apart.rotation_deg) > SAME_SIGMAS * sigmas[:3].max()
         or apart.translation_m > SAME_SIGMAS * sigmas[3:].max()
@@ -161,10 +162,14 @@ def _differences(stated: Result, found: Estimate) -> list[str]:
         said, value = getattr(stated, name), told[name]
         if said is None or value is None or not math.isclose(said, value, rel_tol=SAME, abs_tol=SAME):
             out.append(f"{name} is {value}, stated is {said}")
+    if stated.merit_px is not None and stated.score is not None:
+        merit_px = MERIT_PX * (1.0 - stated.score)
+        if not math.isclose(stated.merit_px, merit_px, rel_tol=SAME, abs_tol=SAME):
+            out.append(f"merit_px is {merit_px:g} by the stated score, stated is {stated.merit_px:g}")
     return out
 
 
 def _same_matrix(one: Any, other: Any) -> bool:
     """Whether no entry differs by more than its share of the standard deviations it belongs to."""
-    scale = np.sqrt(np.outer(np.diag(one), np.diag(one)))
+    scale = np.sqrt(np.maximum(np.outer(np.diag(one), np.diag(one)), 0.0))  # stated ones may be anything
     return bool(one.shape == other.shape and np.all(np.abs(one - other) <= SAME * scale))

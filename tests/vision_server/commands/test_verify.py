@@ -2,6 +2,7 @@
 
 import json
 import shutil
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -89,6 +90,24 @@ def test_a_pose_or_score_that_the_images_do_not_show_is_told(copy: Path) -> None
     done = verify(copy)
     assert done.returncode == 1
     assert "mm from the stated one" in done.stdout
+
+
+def test_a_merit_that_is_not_of_the_score_is_told(copy: Path) -> None:
+    changed(copy, merit_px=0.5)
+    done = verify(copy)
+    assert done.returncode == 1
+    assert "by the stated score, stated is 0.5." in done.stdout
+
+
+def test_a_covariance_that_is_none_differs_without_more_words(copy: Path) -> None:
+    covariance = json.loads((copy / "result.json").read_text())["covariance"]
+    covariance[0][0] = -1.0
+    changed(copy, covariance=covariance)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        done = verify(copy)
+    assert (done.returncode, done.stderr) == (1, "")
+    assert "the covariance is another than stated" in done.stdout
 
 
 @pytest.mark.parametrize(
