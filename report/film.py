@@ -59,6 +59,7 @@ class Film:
         """
         self._video.release()
         written = cv2.VideoCapture(str(self._path))
-        if self._count > int(written.get(cv2.CAP_PROP_FRAME_COUNT)):
-            raise DeviceError(f"The film {self._path} cannot be written to its end.", "Is the disk full?")
+        count = int(written.get(cv2.CAP_PROP_FRAME_COUNT))
         written.release()
+        if count < self._count:
+            raise DeviceError(f"The film {self._path} cannot be written to its end.", "Is the disk full?")
