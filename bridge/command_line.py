@@ -58,9 +58,8 @@ def _open_what_is_closed() -> None:
 
     To write there is an error on output, as it is where a disk is full; what is said on error goes nowhere.
     """
-    for name, mode in (("stdout", os.O_RDONLY), ("stderr", os.O_WRONLY)):
+    for place, name, mode in ((1, "stdout", os.O_RDONLY), (2, "stderr", os.O_WRONLY)):
         if getattr(sys, name) is None:
-            place = {"stdout": 1, "stderr": 2}[name]
             opened = os.open(os.devnull, mode)
             if opened != place:
                 os.dup2(opened, place)

@@ -84,7 +84,7 @@ class ResultsTable:
         self._merged = 0
         file = self.folder / RESULTS
         if file.exists():
-            self._merged = _checked_results(file, self._schema).num_rows
+            self._merged = _checked_results(file, self._schema).metadata.num_rows
         self._synced = time.monotonic()
 
     def finished(self, without_failed: bool = False) -> set[int]:
@@ -214,19 +214,25 @@ def read_description(folder: Path) -> dict[str, Any]:
     return found
 
 
-def _checked_results(file: Path, schema: pa.Schema) -> pa.Table:
+def _checked_results(file: Path, schema: pa.Schema) -> pq.ParquetFile:
+    """The Parquet file, with these columns; none of its rows is read."""
     try:
-        table = pq.read_table(file)
+        results = pq.ParquetFile(file)
     except (OSError, pa.ArrowInvalid) as error:
         raise BadInput(f"{file} is no Parquet table: {str(error).splitlines()[0]}") from None
     for field in schema:
-        if field.name not in table.column_names:
+        if field.name not in results.schema_arrow.names:
             raise BadInput(f"{file} has no column {field.name}.", OURS)
-        try:
-            table[field.name].cast(field.type)
-        except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
-            raise BadInput(f"{file} has a column {field.name} that is not of {field.type}.", OURS) from None
-    return table.select(schema.names).cast(schema)
+        _cast(pa.array([], results.schema_arrow.field(field.name).type), field, file)
+    return results
+
+
+def _cast(column: Any, field: pa.Field, file: Path) -> Any:
+    """A column of a file, an array or chunked, as one of the table."""
+    try:
+        return column.cast(field.type)
+    except (pa.ArrowInvalid, pa.ArrowNotImplementedError):
+        raise BadInput(f"{file} has a column {field.name} that is not of {field.type}.", OURS) from None
 
 
 def _journal_rows(folder: Path) -> tuple[list[Row], int]:
@@ -262,7 +268,9 @@ def read_rows(folder: Path, schema: pa.Schema | None = None) -> pa.Table:
     file = folder / RESULTS
     table = journal
     if file.exists():
-        table = pa.concat_tables([_checked_results(file, schema), journal])
+        merged = _checked_results(file, schema).read(columns=schema.names)
+        columns = [_cast(merged[field.name], field, file) for field in schema]
+        table = pa.concat_tables([pa.table(columns, schema=schema), journal])
     if journal.num_rows:
         last = (
             table.append_column("row", pa.array(range(table.num_rows)))

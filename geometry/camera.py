@@ -36,8 +36,7 @@ class Camera:
 
     Raises
     ------
-    GeometryError : a size or focal length that is not positive, a value that is not finite, a distortion that
-        cannot be undone within the frame.
+    GeometryError : a size or focal length that is not positive, a value that is not finite.
     """
 
     width: int
@@ -65,17 +64,22 @@ class Camera:
             )
         if not np.isfinite(values).all():
             raise GeometryError("camera values must be finite")
-        if self.lens == "pinhole" and self.distorted:
-            self._check_border()
 
     def _check_border(self) -> None:
-        """Some ray is seen at each point of the frame: its corners, and what is between two, stand for it."""
+        """Some ray is seen at each point of the frame: its corners, and what is between two, stand for it.
+
+        Raises
+        ------
+        GeometryError : the distortion cannot be undone there.
+        """
         right, low = self.width - 1.0, self.height - 1.0
         border = np.array([(x, y) for y in (0.0, 0.5 * low, low) for x in (0.0, 0.5 * right, right)])
         with np.errstate(all="ignore"):
             rays = (self.undistort_points(border) - [self.cx, self.cy]) / [self.fx, self.fy]
-            off = np.abs(self._distort(rays) * [self.fx, self.fy] + [self.cx, self.cy] - border).max(axis=1)
-        for u, v in border[~(off < MOST_APART_PX)][:1]:
+            off = np.abs(self.project(np.column_stack([rays, np.ones(len(rays))])) - border).max(axis=1)
+        lost = border[~(off < MOST_APART_PX)]
+        if len(lost):
+            u, v = lost[0]
             raise GeometryError(
                 f"camera distortion cannot be undone at {u:.0f}, {v:.0f} px, as where a picture is folded. "
                 "Check the signs and the order of its numbers; a calibration holds where its boards have been"
@@ -191,7 +195,8 @@ class Camera:
 
         Raises
         ------
-        GeometryError : a missing key, a value that is not a number, one beyond MOST_PX.
+        GeometryError : a missing key, a value that is not a number, one beyond MOST_PX; a distortion that
+            cannot be undone within the frame.
         """
         table = data.get("camera", data)
         missing = [key for key in ("width", "height", "fx", "fy", "cx", "cy") if key not in table]
@@ -212,4 +217,7 @@ class Camera:
                 raise GeometryError(f"camera {name} must be at most {MOST_PX:g} px, got {value:g}")
         if lens == "pinhole" and len(coefficients) == 4:
             coefficients = (*coefficients, 0.0)
-        return cls(width, height, fx, fy, cx, cy, coefficients, lens)
+        camera = cls(width, height, fx, fy, cx, cy, coefficients, lens)
+        if lens == "pinhole" and camera.distorted:
+            camera._check_border()  # once: it holds for parts of its frame, and for these scaled, as well
+        return camera

@@ -35,7 +35,8 @@ from vision_server.trust.rivals import likeliest_first, rivals_at_first_sight, r
 from vision_server.trust.spun import unseen_turns
 
 LOOKED_AT = 10  # hypotheses, at first sight
-SURE_SCORE = 1.0 - 1.0 / 15.0  # from here on a session ends with a pose: domain/reasoning/merit.pl
+MERIT_PX = 15.0  # of a score of 0: docs/result.md, by domain/reasoning/merit.pl
+SURE_SCORE = 1.0 - 1.0 / MERIT_PX  # from here on a session ends with a pose: a merit of 1 px
 # Where noise drowns edges a coarse gradient shows more of them: of 22 sets of clean images the segments are
 # at most 1.05 times as long together, of 25 noisy ones 1.2 to 30 times but for four. There alone the coarse
 # scale is asked: it tells less of a model that is not true.

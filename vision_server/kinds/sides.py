@@ -72,7 +72,6 @@ class Sides(NamedTuple):
         sharpness = None if self.sharpness is None else self.sharpness[edgels]
         return Sides(near, brightest, noise, known, self.axis[edgels], self.dark, sharpness)
 
-
     def mean_of(self, number: Ints) -> Sides:
         """The means of channels that have the same number, (C,) from 0 on: known where all of them are."""
         share = (number == np.arange(number.max() + 1)[:, None]).astype(np.float32)

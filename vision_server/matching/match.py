@@ -79,6 +79,18 @@ class Anywhere:
         return bool(self.sees(to_camera / np.linalg.norm(to_camera)))
 
 
+def sizes_from_px(range_m: tuple[float, float], diameter: float, camera: Camera) -> tuple[float, float]:
+    """The largest and the least diameter in the image, px, of a target that is so near and so far, metres."""
+    near, far = range_m
+    return diameter * camera.fx / near, diameter * camera.fx / far
+
+
+def seen_sizes_px(camera: Camera) -> tuple[float, float]:
+    """The least and the largest diameter in the image, px, of a target that can be told from others."""
+    side = min(camera.width, camera.height)
+    return SEEN_SIZE_SHARES[0] * side, SEEN_SIZE_SHARES[1] * side
+
+
 @dataclass(frozen=True, eq=False)
 class Hypothesis:
     """One pose that explains the segments.

@@ -25,7 +25,7 @@ from numerics.arrays import Floats, Grey, Ints
 from numerics.kernels import kernel
 from numerics.two_cores import cores
 from vision_server.matching.looks import LOOK_POINTS, Look, Looks, cell_px_of, range_of
-from vision_server.matching.match import SEEN_SIZE_SHARES, Anywhere
+from vision_server.matching.match import Anywhere, seen_sizes_px, sizes_from_px
 from vision_server.matching.nearest_edges import AXIS_BINS, CELL_PX, GAIN_REACH_PX, nearest_edges
 
 Offsets = NDArray[np.int16]
@@ -69,8 +69,8 @@ def sizes_px(camera: Camera, diameter: float, anywhere: Anywhere) -> list[Floats
     side = min(camera.width, camera.height)
     largest, smallest = LARGEST_SIZE_SHARE * side, SMALLEST_SIZE_SHARE * side
     if anywhere.range_m is not None:
-        least, most = (share * side for share in SEEN_SIZE_SHARES)
-        told = (diameter * camera.fx / range_m for range_m in anywhere.range_m)
+        least, most = seen_sizes_px(camera)
+        told = sizes_from_px(anywhere.range_m, diameter, camera)
         largest, smallest = (min(max(size, least), most) for size in told)
     count = 1 + math.ceil(math.log(largest / smallest) / math.log(MOST_SIZE_RATIO))
     return np.array_split(np.geomspace(largest, smallest, count), max(1, round(count / SIZES_A_GRID)))

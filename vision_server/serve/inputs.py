@@ -20,7 +20,7 @@ from geometry.pose import Pose
 from stack.format import CAMERA_ADVICE, GivenTargetTable, camera_file
 from stack.tables import read_content, read_toml
 from vision_server.channels.depth import Raw
-from vision_server.matching.match import SEEN_SIZE_SHARES, Anywhere
+from vision_server.matching.match import Anywhere, seen_sizes_px, sizes_from_px
 
 # Chosen by hand where nothing else is said.
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
@@ -234,8 +234,8 @@ def told_anywhere(
     except GeometryError as error:
         raise BadInput(f"{whose}: {error}.", CAMERA_ADVICE) from error
     if told.range_m is not None:
-        largest, smallest = (model.diameter * camera.fx / range_m for range_m in told.range_m)
-        least, most = (share * min(camera.width, camera.height) for share in SEEN_SIZE_SHARES)
+        largest, smallest = sizes_from_px(told.range_m, model.diameter, camera)
+        least, most = seen_sizes_px(camera)
         if largest < least or smallest > most:
             raise BadInput(
                 f"{whose}: range_m = [{told.range_m[0]:g}, {told.range_m[1]:g}]: the model is"

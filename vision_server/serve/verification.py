@@ -18,6 +18,7 @@ from geometry.pose import Pose
 from stack.format import STACK_FILE
 from stack.read import FramesStack, describe_stack, load_stack
 from stack.write import file_sha256
+from vision_server.pipeline import MERIT_PX
 from vision_server.serve.opening import open_task
 from vision_server.serve.recorder import FOLDER
 from vision_server.serve.results import estimate_result
@@ -26,7 +27,6 @@ from vision_server.trust.judgement import Estimate
 
 SAME_SIGMAS = 0.01  # poses no more stated standard deviations apart are the same; chosen by hand
 SAME = 1e-3  # of other numbers, relative: another processor's arithmetic may differ; chosen by hand
-MERIT_PX = 15.0  # of a score of 0: docs/result.md, by domain/reasoning/merit.pl
 NUMBERS = ("score", "rms_px", "uncertainty", "supported_fraction", "ambiguity")
 
 
