@@ -23,6 +23,7 @@ it may bind.
 
 formula_problem(P, In, Theory, Kind, What) :-
     nonvar(P),
+    \+ stands_for_another(P, In),
     (   connective(P, Ps, Terms)
     ->  (   member(Q, Ps),
             formula_problem(Q, In, Theory, Kind, What)
@@ -55,6 +56,10 @@ formula_problem(P, In, Theory, Kind, What) :-
     ;   Kind = error,
         What = unknown_formula(In, P)
     ).
+
+% A construct that binds the name puts a formula, or a domain, in its place.
+stands_for_another(Name, in(_, Names)) :-
+    memberchk(Name, Names).
 
 % Term, a side of the equality P, has the name of a fluent and another number of arguments, as values have, too; it is
 % compared with a fluent or a variable, and not with a constant.
@@ -159,6 +164,7 @@ domain_problem(V, In, Theory, Kind, What) :-
     ;   V = (_, D),
         nonvar(D),
         \+ is_list(D),
+        \+ stands_for_another(D, In),
         Kind = error,
         (   callable(D)
         ->  \+ domain_exists(D, Theory),

@@ -114,14 +114,19 @@ test(a_record_is_compared, [forall(member(Formula, ["at = at(_, _)", "at(_, 2) =
     format(string(Clause), "proc(there, ~s).", [Formula]),
     printed(["fun_fluent(at).", "initially(at, at(1, 2)).", Clause], Lines).
 
-% What binds a variable, or gives it a domain, comes before it is negated; a helper may be named nearly as an axiom.
+% What binds a variable, or gives it a domain, comes before it is negated; a helper may be named nearly as an axiom; a
+% variable may stand for a domain or a formula.
 test(not_wrong, [forall(member(Clause, ["proc(go, pi(l, [?(lamp(l)), ?(neg(lit(l))), note(l)])).",
                                         "proc(go, pi((l, [a]), [?(neg(lit(l))), note(l)])).",
                                         "proc(dark, neg(some(l, lit(l)))).",
                                         "proc(dark, all(l, neg(lit(l)))).",
                                         "proc(dark, either). proc(either, or(lit(a), lit(b))). proc(go, ?(dark)).",
                                         "proc(go, run(note(a))). proc(run(E), E).",
-                                        "proc(go, ?(post(a, _))). post(a, b)."])),
+                                        "proc(go, ?(post(a, _))). post(a, b).",
+                                        "proc(go, pi(d, [?(d = [a, b]), for(l, d, note(l)), pi((k, d), note(k))])).",
+                                        "proc(dark, some((d, [[a], [b]]), all((l, d), neg(lit(l))))).",
+                                        "proc(go, pi(p, [?(member(p, [lit(a), lit(b)])), if(neg(p), note(p), [])])).",
+                                        "proc(go, [for(p, [lit(a), lit(b)], ?(p))])."])),
                  true(Lines == [])]) :-
     printed(["rel_fluent(lit(_)).", "initially(lit(_), false).", "lamp(a).",
              "prim_action(note(_)).", "poss(note(_), true).", Clause], Lines).
