@@ -8,7 +8,7 @@
           ]).
 /** <module> The configurations that a search has met
 
-By program and fluent values.  A memory is memory(Slots, Count, Table, MostBytes, BytesBefore,
+By program, constraints on its variables, and fluent values.  A memory is memory(Slots, Count, Table, MostBytes, BytesBefore,
 NextLook), a hash table with open addressing that backtracking leaves alone: of each
 configuration the SHA-1 of its program and values, an atom, and an atomic value; 150 bytes or so.
 */
@@ -81,7 +81,11 @@ asks_history(Term) :-
 
 configuration_key(E, S, Key) :-
     situation_key(S, Values),
-    variant_sha1(E-Values, Key).
+    (   term_attvars(E, [])
+    ->  variant_sha1(E-Values, Key)
+    ;   copy_term(E, E1, Constraints),
+        variant_sha1(E1-Values-Constraints, Key)
+    ).
 
 %!  recalled(+Memory, +Key, -Value) is semidet.
 

@@ -287,3 +287,15 @@ held_bytes(Bytes) :-
     Bytes is Global+Atoms.
 
 :- end_tests(memory).
+
+                /* Variables with constraints on them */
+
+:- begin_tests(constraints, [setup(load_text("prim_action(add(_)). fun_fluent(n). poss(add(_), true). initially(n, 0). causes_val(add(X), n, M, M is n + X)."))]).
+
+% What follows add(1) is the same program of both choices, but for what x may not be.
+test(told_apart, [forall(( member(Strategy, [published, depth, breadth, iterative, best, astar, beam(3)]),
+                           ( Strategy == published -> How = [] ; How = [strategy(Strategy)] ) )),
+                  H == [add(6), add(1)]]) :-
+    once(do(search(pi(x, [ndet(?(dif(x, 6)), ?(dif(x, 1))), add(1), ?(member(x, [1, 6])), ?(x > 3), add(x)]), How), [], H)).
+
+:- end_tests(constraints).
