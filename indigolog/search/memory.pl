@@ -31,7 +31,7 @@ look_interval(1000).
 %   values apart.
 
 new_memory(E, S, Options, Memory) :-
-    (   sees_history(E, S)
+    (   sees_history(E-Options, S)
     ->  Memory = none
     ;   most_megabytes(Default),
         option(max_mb(Megabytes), Options, Default),

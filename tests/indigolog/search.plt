@@ -1,6 +1,6 @@
 :- module(test_indigolog_search, []).
 :- use_module(library(plunit)).
-:- use_module(library(lists), [member/2, memberchk/2, reverse/2]).
+:- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
 :- use_module('../../indigolog/indigolog').
 :- use_module('../../indigolog/language/situation', [initial_situation/1]).
 :- use_module('../../indigolog/search/memory', [new_memory/4, seen/4]).
@@ -47,6 +47,13 @@ test(cheapest_without_an_estimate, [forall(member(Strategy, [astar, iterative]))
     short(Expected),
     lengths(Costs),
     plan(travel, [strategy(Strategy)|Costs], Trace).
+
+% Where a cost asks what was done, two ways to the same place differ.
+test(cheapest_by_history, [forall(member(How, [[], [strategy(iterative)], [strategy(depth), anytime(true)]])), Trace == Expected]) :-
+    Round = [drive(a, c), drive(c, a)],
+    Rest = [drive(a, b), drive(b, z)],
+    append(Round, Rest, Expected),
+    plan([ndet([], Round), Rest], [cost(drive(b, z), N^(done(drive(c, a)) -> N = 1 ; N = 100))|How], Trace).
 
 test(best_follows_the_estimate, Trace == Expected) :-
     few(Expected),
