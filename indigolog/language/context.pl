@@ -18,9 +18,11 @@ where Trans was asked, and where Final was.
 A procedure that comes to itself again with the same arguments is not entered
 again, as that would go on for ever; one that does so with ever new arguments is
 an error.  For Final that is its least fixpoint.  For Trans it is less, where
-something follows the inner call, or is beside it: of proc(r, ndet([], [r, up])),
+something follows the inner call, is beside it or around it: of proc(r, ndet([], [r, up])),
 which may do any number of up, the first step is found where the inner r is final,
-and not where it makes a step.  proc(r, ndet([], [up, r])) is found whole.
+and not where it makes a step.  The whole of Trans is infinite there, a first step for each
+number of up that it may leave, and what asks for all steps, as a search that is to fail,
+would not end.  proc(r, ndet([], [up, r])) is found whole.
 */
 
 :- use_module(patience, [most_calls/1]).
