@@ -7,7 +7,7 @@
 
 :- autoload('../../bridge/prolog/keys', [client_keys/4]).
 :- use_module('../usage_errors', [dashes/2, usage_error/2]).
-:- use_module(library(lists), [member/2]).
+:- use_module(library(lists), [append/3, member/2]).
 :- use_module(library(option), [option/2, option/3]).
 
 %!  check_of_use(+Given) is det.
@@ -17,7 +17,7 @@
 %   @error usage_error(Message) the option, and what to do
 
 check_of_use(Given) :-
-    forall(( of_no_use(Given, Name, Why), \+ option(resume(_), Given) ),
+    forall(( of_no_use(Given, Name, Why), ( Name == resume ; \+ option(resume(_), Given) ) ),
            ( dashes(Name, Dashed), usage_error("--~w ~w", [Dashed, Why]) )).
 
 of_no_use(Given, Name, 'is of --approach: give that too, or leave it out') :-
@@ -42,6 +42,13 @@ of_no_use(Given, explain, 'says what --quiet leaves out: give one of them') :-
 of_no_use(Given, json, 'prints a result, and --dry-run comes to none: leave one of them out') :-
     option(json(true), Given), option(dry_run(true), Given).
 
+of_no_use(Given, Name, 'is given more than once, with other values: leave all but one out') :-
+    append(_, [First|Later], Given),
+    First =.. [Name, Value],
+    Other =.. [Name, Value1],
+    member(Other, Later),
+    Value1 \== Value.
+
 given(Name, Given) :-
     given(Name, Given, _).
 
@@ -63,8 +70,11 @@ rule(Options, "--out: the name of the folder is missing", []) :-
     option(out(''), Options).
 rule(Options, "--out: ~w is a file; name a folder", [File]) :-
     option(out(File), Options), exists_file(File).
-rule(Options, "--threshold must be a positive number of pixels, not ~w", [Px]) :-
-    option(threshold(Px), Options), Px =< 0.
+rule(Options, "--~w must be a positive number of ~w, not ~w", [Dashed, Unit, Number]) :-
+    member(Name-Unit, [threshold-pixels, idle_s-seconds, first_range-metres, contact_range-metres]),
+    given(Name, Options, Number),
+    \+ ( Number > 0, Number < inf ),     % nor is 1.5NaN
+    dashes(Name, Dashed).
 rule(Options, "--max-iterations must be at least 1, not ~w", [N]) :-
     option(max_iterations(N), Options), N < 1.
 rule(Options, "--seed must be a whole number from 0 to ~w, not ~w", [Most, Seed]) :-
@@ -73,8 +83,6 @@ rule(Options, "--~w and --~w exclude each other: each says where the images come
     findall(Dashed,
             ( member(Name, [stack, image_server, camera]), given(Name, Options), dashes(Name, Dashed) ),
             [First, Second|_]).
-rule(Options, "--idle-s must be a positive number of seconds, not ~w", [Seconds]) :-
-    option(idle_s(Seconds), Options), Seconds =< 0.
 rule(Options, "--keep-servers and --camera exclude each other: a camera and lights are not kept switched on", []) :-
     option(keep_servers(true), Options), option(camera(_), Options).
 rule(Options, "--lights needs --camera: light is only worth what a camera sees of it", []) :-
@@ -87,9 +95,6 @@ rule(Options, "--stack has its own target: leave --target out, or name a model f
     option(stack(_), Options), option(target(Name), Options), \+ exists_file(Name).
 rule(Options, "--unit needs --target FILE: it is the unit of the numbers in that file", []) :-
     option(unit(_), Options), \+ ( option(target(File), Options), exists_file(File) ).
-rule(Options, "--contact-range must be a positive number of metres, not ~w", [Contact]) :-
-    approach_ranges(Options, _, Contact),
-    Contact =< 0.
 rule(Options, "--first-range ~w must be more than --contact-range, ~w m: give another of them", [First, Contact]) :-
     approach_ranges(Options, First, Contact),
     Contact >= First.
