@@ -51,17 +51,25 @@ hides(for(V, D, E),       X, D, for(V, D1, E), D1)      :- binds(V, X).
 hides(interrupt(V, P, E), X, D, interrupt(W, P, E), D1) :- binds(V, X, D, W, D1).
 
 binds(V, X, D, W, D1) :-
-    (   nonvar(V), V = (V0, D0)
-    ->  binds(V0, X), D = D0, W = (V0, D1)
-    ;   binds(V, X), D = [], D1 = [], W = V
-    ).
+    binds(V, X),
+    domains(V, D, W, D1).
 
 binds(V, X) :-
     (   V == X
     ->  true
-    ;   nonvar(V), V = r(V0)
-    ->  V0 == X
+    ;   nonvar(V), ( V = r(V0) ; V = (V0, _) )
+    ->  binds(V0, X)
     ;   is_list(V)
-    ->  member(V0, V), V0 == X
-    ->  true
+    ->  member(V0, V), binds(V0, X)
+    ).
+
+% domains(+Variables, -D, -W, ?D1): D are the domains in Variables, W is Variables with D1 for them.
+domains(V, D, W, D1) :-
+    (   nonvar(V), V = [V0|Vs]
+    ->  D = [D0|Ds], W = [W0|Ws], D1 = [D2|Ds1],
+        domains(V0, D0, W0, D2),
+        domains(Vs, Ds, Ws, Ds1)
+    ;   nonvar(V), V = (V0, D)
+    ->  W = (V0, D1)
+    ;   D = [], D1 = [], W = V
     ).

@@ -174,14 +174,12 @@ domain_problem(V, In, Theory, Kind, What) :-
         What = no_domain(In, D)
     ).
 
-% A Prolog variable, or an atom that stands for one; in random order; several with one domain.
+% A Prolog variable, or an atom that stands for one; in random order.
 may_be_bound(V) :-
     (   ( var(V) ; atom(V) )
     ->  true
-    ;   V = r(V0)
-    ->  may_be_bound(V0)
-    ;   is_list(V),
-        \+ ( member(V0, V), \+ may_be_bound(V0) )
+    ;   V = r(V0),
+        may_be_bound(V0)
     ).
 
 domain_exists(D, Theory) :-

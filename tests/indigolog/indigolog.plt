@@ -68,6 +68,9 @@ construct(pi((r(l), [a, b]), switch(l)), [[switch(a)], [switch(b)]]).
 construct(pi(L, [?(L = a), switch(L)]), [[switch(a)]]).
 construct(rpi((l, lamps), switch(l)), [[switch(a)], [switch(b)], [switch(c)]]).
 construct(pi((x, [a]), pi((x, [b]), switch(x))), [[switch(b)]]).
+construct(pi((x, [b]), pi([(y, [x]), (x, [a])], [switch(y), switch(x)])), [[switch(b), switch(a)]]).
+construct(pi((x, [b]), rpi([(y, [b]), (r(x), [a])], [switch(y), switch(x)])), [[switch(b), switch(a)]]).
+construct(pi((x, [b]), ?(some([(y, [b]), (x, [a])], neg(x = y)))), [[]]).
 construct(for(l, lamps, switch(l)), [[switch(a), switch(b), switch(c)]]).
 construct(conc(inc, switch(a)), [[inc, switch(a)], [switch(a), inc]]).
 construct(pconc(inc, switch(a)), [[inc, switch(a)]]).

@@ -70,10 +70,11 @@ binder(rpi(W, D, E), W, D, D1, rpi(W, D1, E)).
 binder(for(W, D, E), W, D, D1, for(W, D1, E)).
 binder(some((W, D), E), W, D, D1, some((W, D1), E)).
 binder(all((W, D), E), W, D, D1, all((W, D1), E)).
+binder(some(W, E), W, [], [], some(W, E)).
 binder(interrupt((W, D), P, E), W, D, D1, interrupt((W, D1), P, E)).
 binder(interrupt(W, P, E), W, [], [], interrupt(W, P, E)).
 
-bound_in(V, W) :- ( W == V -> true ; nonvar(W), W = r(V0), V0 == V ).
+bound_in(V, W) :- ( W == V -> true ; nonvar(W), W = r(V0), V0 == V ; is_list(W), member((V0, _), W), V0 == V ), !.
 
 all_put([], _, _, []).
 all_put([A|As], V, X, [B|Bs]) :- put_for(V, X, A, B), all_put(As, V, X, Bs).
