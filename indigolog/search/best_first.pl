@@ -36,7 +36,7 @@ best_first_path(E, S, C, Options, Steps) :-
     empty_heap(Empty),
     push(Node, Strategy, Options, 0-Empty, Frontier),
     best(Frontier, Strategy, C, Options, Search, none, Best),
-    plan(Best, E, Steps).
+    plan(Best, Node, Steps).
 
 start(E, S, Options, node(E, S, Free, 0, H, []), search(Memory, Budget)) :-
     new_memory(E, S, Options, Memory),
@@ -45,8 +45,8 @@ start(E, S, Options, node(E, S, Free, 0, H, []), search(Memory, Budget)) :-
     term_variables(E, Free),
     estimate(Options, S, H).
 
-plan(node(_, _, Free, _, _, Path), E, Steps) :-
-    term_variables(E, Free),
+% plan(+Node, +Start, -Steps): the configurations on the way from Start, whose free variables are those of the search.
+plan(node(_, _, Free, _, _, Path), node(_, _, Free, _, _, _), Steps) :-
     reverse(Path, Configurations),
     steps(Configurations, Free, Steps).
 
@@ -172,7 +172,7 @@ beam_path(E, S, C, Options, Steps) :-
     search_strategy(Options, Strategy),
     start(E, S, Options, Node, Search),
     layers([Node], Strategy, C, Options, Search, none, Best),
-    plan(Best, E, Steps).
+    plan(Best, Node, Steps).
 
 layers([], _, _, _, _, Best, Best) :-
     !,

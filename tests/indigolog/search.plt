@@ -1,6 +1,6 @@
 :- module(test_indigolog_search, []).
 :- use_module(library(plunit)).
-:- use_module(library(lists), [append/3, member/2, memberchk/2, reverse/2]).
+:- use_module(library(lists), [append/3, last/2, member/2, memberchk/2, reverse/2]).
 :- use_module('../../indigolog/indigolog').
 :- use_module('../../indigolog/language/situation', [initial_situation/1]).
 :- use_module('../../indigolog/search/memory', [new_memory/4, seen/4]).
@@ -103,6 +103,11 @@ test(search_binds_the_program_around_it, H == [drive(c, d), drive(a, c)]) :-
     once(do([search([pi([x, y], [?(and(at = x, way(x, y))), drive(x, y), ?(and(y = Y, Y = c))])],
                     [strategy(breadth)]),
              pi(z, [?(road(Y, z, _)), drive(Y, z)]), ?(at = d)], [], H)).
+
+% What the test binds has variables of its own.
+test(plan_without_an_action, [forall(member(S, [depth, breadth, iterative, best, astar, beam(3)])), Last == z]) :-
+    once(do([search(?(Way = [a, _, _]), [strategy(S)]), ?(Way = [_, _, z])], [], [])),
+    last(Way, Last).
 
 test(message_as_published, Trace == Expected) :-
     few(Expected),
