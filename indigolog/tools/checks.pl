@@ -13,7 +13,7 @@ A problem is problem(Kind, File, Line, What); Kind is `error` or `warning`.
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(solution_sequences), [limit/2]).
 :- use_module('../language/binding', [bound_names/2]).
-:- use_module(captured_values, [captured_value/3, captured_value/4]).
+:- use_module(captured_values, [captured_value/4, captured_value/5]).
 :- use_module(formula_checks, [formula_problem/5, undeclared_instance/3]).
 :- use_module(formula_parts, [condition/3]).
 :- use_module(loop_variables, [kept_variable/3]).
@@ -165,8 +165,11 @@ theory_problem(_, Module, error, axiom_arity(Name/Arity, Expected), Ref) :-
     \+ predicate_property(Module:Head, imported_from(_)),
     findall(Name/N, theory_predicate(Name/N), Expected),
     clause(Module:Head, _, Ref).
-theory_problem(Theory, _, warning, captured_value(none, Name), Ref) :-
-    captured_value(Theory, Ref, Name).
+theory_problem(Theory, _, warning, captured_value(none, Name, clause(Where, Line)), Ref) :-
+    captured_value(Theory, Ref, Name, Value),
+    place(Ref, File, _),
+    place(Value, File1, Line),
+    ( File1 == File -> Where = same ; Where = File1 ).
 theory_problem(_, Module, warning, unused_clause(in(Head, []), First), Ref) :-
     unused_clause(Module, Head, Ref, First).
 theory_problem(_, Module, warning, misspelt(Name/Arity, Meant), Ref) :-
@@ -270,8 +273,9 @@ program_problems(Program, Problems) :-
                 What = kept_variable(in(program, Names), Part),
                 once(kept_variable(Program, Program, Part))
             ;   Kind = warning,
-                What = captured_value(in(Where, Names), Name),
-                captured_value(Theory, Program, Where, Name)
+                What = captured_value(in(Where, Names), Name, Place),
+                captured_value(Theory, Program, Where, Name, Value),
+                ( Value == program -> Place = program ; Place = clause(File, Line), place(Value, File, Line) )
             ;   Kind = warning,
                 What = negated_variable(in(program, Names), V, Negation),
                 negated_variable(Program, V, Negation)

@@ -91,8 +91,9 @@ said(no_seconds(In, E, T), In, '~q takes a number of seconds from 0, not ~q', ['
 said(no_list(In, E, A), In, '~q takes a list, not ~q', ['$pi'(E), A]).
 said(no_result(In, P, R), In, '~q gives its result to ~q, an atom that neither pi nor some binds: a Prolog variable takes it',
      ['$pi'(P), R]).
-said(captured_value(In, V), In, '~q is the name of a variable here and a value elsewhere: where the value comes in it is taken for \
-the variable', [V]).
+said(captured_value(In, V, Value), In, '~q is the name of a variable here and a value ~w: where the value comes in it is taken for \
+the variable', [V, Where]) :-
+    value_place(Value, Where).
 said(unused(In, Construct, V), In, '~w binds ~q, which is not used', [Construct, V]).
 said(no_poss(A), none, 'action ~q has no precondition axiom and will never be possible', ['$pi'(A)]).
 said(no_initial(F), none, 'fluent ~q has no initial value', ['$pi'(F)]).
@@ -105,6 +106,14 @@ said(reserved(A), none, '~q is an entry of the interpreter\'s own in histories: 
 said(hidden(A), none, '~q has the name of a construct of the language, which hides it', ['$pi'(A)]).
 said(not_relational(F), none, 'causes_true and causes_false are for relational fluents, ~q is functional', ['$pi'(F)]).
 said(not_boolean(F, V), none, 'relational fluent ~q is given the value ~q, neither true nor false', ['$pi'(F), V]).
+
+value_place(program, 'in the program').
+value_place(clause(same, Line), Where) :-
+    !,
+    format(atom(Where), 'in line ~d', [Line]).
+value_place(clause(File, Line), Where) :-
+    file_base_name(File, Name),
+    format(atom(Where), 'in ~w, line ~d', [Name, Line]).
 
 % What may have been meant by another name or number of arguments.
 meant(unknown_action(_, A), A).
