@@ -14,7 +14,7 @@ One Prolog fact an event, flushed before the next step:
     executed(Turn, Action, Sensing).  % Sensing is `none` if nothing was sensed
     exogenous(Turn, Action).
     failed(Turn, Action, Reason).     % a device could not do Action
-    ended(Outcome).
+    ended(Outcome).                   % of an error what is not too deep
 
 Turn counts the steps of the program, those without an action too, so that a
 resumed run meets each exogenous action where it was met.
@@ -112,12 +112,17 @@ journal_write(Journal, _), Journal = journal(_, _, Told), Told > 0 =>
     Told1 is Told-1,
     nb_setarg(3, Journal, Told1).
 journal_write(journal(Stream, File, _), Fact) =>
+    most_depth(Fact, Depth),
     catch(( write_term(Stream, Fact,
-                       [ quoted(true), ignore_ops(false), numbervars(false),
+                       [ quoted(true), ignore_ops(false), numbervars(false), max_depth(Depth),
                          fullstop(true), nl(true) ]),
             flush_output(Stream) ),
           error(io_error(write, _), context(_, Why)),
           throw(error(golog(journal_not_written(File, Why)), _))).
+
+% An error may hold a term that is too deep to be written: Prolog leaves such a line unfinished.
+most_depth(ended(_), Depth) => Depth = 100.
+most_depth(_, Depth) => Depth = 0.      % all of it
 
 % What a full disk did not take would be tried again, and that error hide the first.
 journal_close(none) =>

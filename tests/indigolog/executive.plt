@@ -2,7 +2,10 @@
 :- use_module(library(plunit)).
 :- use_module(library(lists), [append/3, reverse/2, numlist/3, member/2, memberchk/2]).
 :- use_module(library(readutil), [read_file_to_string/3, read_file_to_terms/3]).
+:- use_module(library(apply), [foldl/4]).
+:- use_module(library(yall)).
 :- use_module('../../indigolog/indigolog').
+:- use_module('../../indigolog/online/journal').
 
 /** <module> Devices, events, failures, stopping, and the journal of a run */
 
@@ -357,6 +360,16 @@ test(begun_once, [setup(tmp_file(journal, File)), cleanup(delete_file(File)),
     setup_call_cleanup(open(File, write, Out), format(Out, "begun(inc,1).~n", []), close(Out)),
     fresh,
     trace(inc, [device(worker), resume(File), journal(File)], _),
+    read_file_to_terms(File, Facts, []).
+
+% As of a procedure that calls ever deeper: Prolog cannot write all of it.
+test(an_error_that_is_too_deep, [setup(tmp_file(journal, File)), cleanup(delete_file(File)), true(Facts = [begun(inc, 1), ended(error(_))])]) :-
+    length(Wraps, 30_000),
+    foldl([_, Term, s(Term)]>>true, Wraps, 0, Deep),
+    journal_open(File, 0, Journal),
+    journal_write(Journal, begun(inc, 1)),
+    journal_write(Journal, ended(error(Deep))),
+    journal_close(Journal),
     read_file_to_terms(File, Facts, []).
 
 test(a_full_disk, [condition(exists_file('/dev/full')), error(golog(journal_not_written('/dev/full', _)))]) :-
