@@ -18,6 +18,7 @@ A place is FILE:LINE.  Nothing is told of what cannot be read: the interpreter s
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/2, member/2, nth1/3]).
 :- use_module(library(pairs), [pairs_keys/2]).
+:- use_module(library(prolog_source), [prolog_close_source/1, prolog_open_source/2, prolog_read_source_term/4]).
 :- use_module(library(readutil), [read_file_to_string/3]).
 :- use_module(library(sha), [hash_atom/2, sha_hash/3]).
 
@@ -143,12 +144,17 @@ read_clause(File, Text, Clause, Position) :-
     catch(file_terms(File, Text, Terms), error(_, _), fail),
     member(Clause-Position, Terms).
 
+%   Operators are those that its directives make, as where it is loaded: its own, and those of libraries.
 file_terms(File, Text, Terms) :-
     read_file_to_string(File, Text, [encoding(utf8)]),
-    setup_call_cleanup(open_string(Text, Stream), positioned(Stream, Terms), close(Stream)).
+    setup_call_cleanup(prolog_open_source(File, Stream),
+                       ( set_stream(Stream, encoding(utf8)),
+                         style_check(-singleton),           % told where it is loaded
+                         positioned(Stream, Terms) ),
+                       prolog_close_source(Stream)).
 
 positioned(Stream, Terms) :-
-    read_term(Stream, Term, [subterm_positions(Position)]),
+    prolog_read_source_term(Stream, Term, _, [syntax_errors(error), subterm_positions(Position)]),
     (   Term == end_of_file
     ->  Terms = []
     ;   Terms = [Term-Position|More],

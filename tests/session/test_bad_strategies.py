@@ -121,6 +121,22 @@ def test_a_parameter_that_the_vision_server_does_not_have_is_said_before_anythin
     assert served("--controller", file, "--dry-run").returncode == 0
 
 
+@pytest.mark.parametrize(
+    "operators",
+    [
+        ":- use_module(library(clpfd)).\nbetter(X) :- X #> 2.\n",
+        ":- op(700, xfx, ===>).\nleft ===> right.\n",
+    ],
+)
+def test_a_strategy_may_have_operators_of_its_own_and_of_libraries(tmp_path: Path, operators: str) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(f"{operators}proc(control, [choose_random, take_image]).\n")
+    done = served("--controller", file, "--dry-run")
+    assert done.returncode == 0, done.stderr
+    file.write_text(f"{operators}proc(control, choose(settings([7, 9, 7], 1/60, 4))).\n")
+    assert "mine.pl:3: light right has no level 9" in refused("--controller", file, "--dry-run", by=served)
+
+
 def test_what_a_strategy_includes_is_its_own(tmp_path: Path) -> None:
     (tmp_path / "theirs.pl").write_text("proc(control, [first]).\nproc(first, choose_random).\n")
     file = tmp_path / "mine.pl"
