@@ -8,6 +8,7 @@ from glob import glob
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from bridge.command_line import MOST_SEED
 from bridge.errors import BadInput
 from experiments.version import ROOT
 from stack.format import STACK_FILE
@@ -24,7 +25,7 @@ def numbers(axis: str, given: Sequence[int] | int | str) -> list[int]:
 
     Raises
     ------
-    BadInput : what is no number, negative, or there twice.
+    BadInput : what is no number, negative, more than a table holds, or there twice.
     """
     if isinstance(given, str):
         found: list[int] = []
@@ -41,6 +42,8 @@ def numbers(axis: str, given: Sequence[int] | int | str) -> list[int]:
         found = [given] if isinstance(given, int) else list(given)
     if any(number < 0 for number in found):
         raise BadInput(f"{axis} must not be negative.")
+    if any(number > MOST_SEED for number in found):
+        raise BadInput(f"{axis} must be at most {MOST_SEED}.")
     if len(set(found)) < len(found):
         raise BadInput(f"{axis} = {given!r} says a number twice.")
     return found

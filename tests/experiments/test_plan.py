@@ -99,6 +99,10 @@ def test_stacks_come_from_the_plan_and_from_the_command_line(tmp_path: Path) -> 
         ('controllers = []\ntargets = ["cube"]\n', "no cell: controllers are empty"),
         ('controllers = ["simple"]\ntargets = ["cube"]\nseeds = "5-1"\n', "seeds = '5-1' runs backwards"),
         ('controllers = ["simple"]\ntargets = ["cube"]\nseeds = []\n', "no cell: seeds are empty"),
+        (
+            'controllers = ["simple"]\ntargets = ["cube"]\nseeds = [9223372036854775808]\n',
+            "seeds must be at most 9223372036854775807",
+        ),
         ('controler = ["simple"]\n', "Did you mean controllers?"),
         ('[[conditions]]\nnam = "dark"\n', "unknown key `nam` in [conditions 1]. Did you mean name?"),
         ('controllers = ["simple"]\ntargets = ["cube"]\nseeds = "a"\n', "says no numbers"),
