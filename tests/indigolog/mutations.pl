@@ -149,6 +149,12 @@ mutation('one action too many', turn,
 mutation('the world is asked after the program has ended', turn,
          "        ;   next(T1, E, S)\n",
          "        ;   next(T0, E, S)\n").
+mutation('a list of variables with domains hides nothing', substitution,
+         "    ->  member(V0, V), binds(V0, X)\n",
+         "    ->  member(V0, V), V0 == X\n").
+mutation('constraints do not tell configurations apart', memory,
+         "variant_sha1(E1-Values-Constraints, Key)",
+         "variant_sha1(E1-Values, Key)").
 
 main :-
     current_prolog_flag(argv, Argv),

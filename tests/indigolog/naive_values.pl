@@ -100,6 +100,9 @@ world([F|Fs], H, [F-V|W]) :- naive_values(F, H, Vs), member(V, Vs), world(Fs, H,
 
 % Quantifiers and abbreviations written out.
 expanded(P, P) :- \+ compound(P), \+ ( atom(P), nt:proc(P, _) ), !.
+expanded(some(V, P), Q) :- var(V), !, put_for(V, _, P, P1), expanded(once(P1), Q).
+expanded(some(V, D, P), Q) :- !, expanded(some((V, D), P), Q).
+expanded(all(V, D, P), Q) :- !, expanded(all((V, D), P), Q).
 expanded(some(V, P), or(Qs)) :- !, findall(Q, ( picked(V, P, P1), expanded(P1, Q) ), Qs).
 expanded(all(V, P), and(Qs)) :- !, findall(Q, ( picked(V, P, P1), expanded(P1, Q) ), Qs).
 expanded(P, Q) :- nt:proc(P, B), !, expanded(B, Q).
@@ -122,6 +125,12 @@ true_in(and(Ps), W, H, M) :- !, forall(member(P, Ps), true_in(P, W, H, M)).
 true_in(or(P, Q), W, H, M) :- !, ( true_in(P, W, H, M) -> true ; true_in(Q, W, H, M) ).
 true_in(or(Ps), W, H, M) :- !, once(( member(P, Ps), true_in(P, W, H, M) )).
 true_in(neg(P), W, H, M) :- !, \+ true_in(P, W, H, M).
+true_in((P, Q), W, H, M) :- !, true_in(P, W, H, M), true_in(Q, W, H, M).
+true_in((P -> Q ; R), W, H, M) :- !, ( true_in(P, W, H, M) -> true_in(Q, W, H, M) ; true_in(R, W, H, M) ).
+true_in((P ; Q), W, H, M) :- !, ( true_in(P, W, H, M) ; true_in(Q, W, H, M) ).
+true_in(\+ P, W, H, M) :- !, \+ true_in(P, W, H, M).
+true_in(once(P), W, H, M) :- !, once(true_in(P, W, H, M)).
+true_in(forall(P, Q), W, H, M) :- !, forall(true_in(P, W, H, M), true_in(Q, W, H, M)).
 true_in(impl(P, Q), W, H, M) :- !, ( true_in(P, W, H, M) -> true_in(Q, W, H, M) ; true ).
 true_in(equiv(P, Q), W, H, M) :- !, ( true_in(P, W, H, M) -> true_in(Q, W, H, M) ; \+ true_in(Q, W, H, M) ).
 true_in(know(F), _, H, _) :- callable(F), nt:fun_fluent(F), !, naive_values(F, H, [V]), V \== none.
@@ -131,6 +140,10 @@ true_in(kwhether(P), _, H, _) :- !, ( known(P, H) -> true ; known(neg(P), H) ).
 true_in(done(A), _, H, _) :- !, memberchk(A, H).
 true_in(X = Y, W, H, M) :- !, term_in(X, W, H, M, A), term_in(Y, W, H, M, A).
 true_in(X < Y, W, H, M) :- !, term_in(X, W, H, M, A), term_in(Y, W, H, M, B), A < B.
+true_in(X =< Y, W, H, M) :- !, term_in(X, W, H, M, A), term_in(Y, W, H, M, B), A =< B.
+true_in(X >= Y, W, H, M) :- !, true_in(Y =< X, W, H, M).
+true_in(X =:= Y, W, H, M) :- !, term_in(X, W, H, M, A), term_in(Y, W, H, M, B), A =:= B.
+true_in(X =\= Y, W, H, M) :- !, \+ true_in(X =:= Y, W, H, M).
 true_in(X is Y, W, H, M) :- !, term_in(Y, W, H, M, B), X is B.
 true_in(member(X, L), W, H, M) :- !, term_in(X, W, H, M, A), memberchk(A, L).
 true_in(F, W, H, M) :- term_in(F, W, H, M, V), V == true.

@@ -98,6 +98,11 @@ procedure(_, proc(twice(X), [tick(X), tick(X)])).
 procedure(_, proc(rec(0), [])).
 procedure(_, (proc(rec(N), [act(1), rec(M)]) :- integer(N), N > 0, M is N - 1)).
 procedure(_, proc(again, ndet(twice(b), act(2)))).
+procedure(_, proc(either(P, Q), or(P, Q))).
+procedure(_, proc(cond(P, E, F), if(P, E, F))).
+procedure(_, proc(both(E, F), conc(E, F))).
+procedure(_, proc(times(0, _), [])).
+procedure(_, (proc(times(N, E), [E, times(M, E)]) :- integer(N), N > 0, M is N - 1)).
 
 % formula(+Kind, +Depth, -Formula)
 formula(Kind, 0, F) :-
@@ -114,9 +119,11 @@ formula(Kind, _, F) :-
     random_between(0, 2, K),
     random_member(F, [P, Q, neg(P), and(P, Q), or(P, Q), and([P, Q, R]), or([P, neg(Q), R]), impl(P, Q), equiv(P, Q),
                       some((x, [a, b]), and(p(x), P)), all((x, objs), or(p(x), Q)), some((x, objs), all((x, [b]), m(x) = K)),
-                      neg(some([(x, objs), (y, objs)], and(p(x), neg(p(y)))))]).
+                      neg(some([(x, objs), (y, objs)], and(p(x), neg(p(y))))), (P -> Q ; R), (P ; Q), \+ P, forall(P, Q), once(or(P, Q)),
+                      some(x, [a, b], and(p(x), P)), all(x, objs, or(p(x), Q)), either(P, Q)]).
 
-own_formulas(plain, _, [p(a)]).
+own_formulas(plain, K, [p(a), n >= K, m(a) =< K, n =:= m(b), n + m(a) =\= K, f(n, m(a)) = f(K, K), [n, p(a)] = [K, true], p(a) = p(b),
+                        some(Y, and(Y is n + K, m(a) = Y))]).
 own_formulas(sensing, K, [kwhether(m(b)), know(m(b) = K), m(b) = K, know(m(b))]).
 own_formulas(knowing, K, [u = K, w, u < n, know(w), kwhether(u = K), know(u), know(or(u = K, w)), neg(know(neg(w)))]).
 
@@ -170,7 +177,7 @@ program(K, D, P) :-
     ),
     append([ [leaf, seq, seq, seq, test, test, mark, ndet, wndet, rndet, if, if2, while, star, stars, pi, pi2, pi3, pi4, rpi, for,
               conc, conc, pconc, pconc, iconc, rconc2, rconc, rrobin, sync, gexec, goal, abort, atomic, atomic, time, ttime,
-              wait, nested, branch], Looking, Sensing], Kinds),
+              wait, nested, branch, call, call, hiding], Looking, Sensing], Kinds),
     random_member(Construct, Kinds),
     (   construct(Construct, K, D1, P) -> true ; program(K, D1, P) ).
 
@@ -211,6 +218,10 @@ construct(pi3, K, D, P) :-
     random_member(P, [pi(x, objs, [tick(x), Q]), pi([(x, objs), (y, [b, a])], [tick(x), Q, tick(y)]),
                       pi(x, [?(p(x)), tick(x), Q]), pi((x, [a]), pi((x, [b]), [tick(x), Q]))]).
 construct(pi4, K, D, pi(X, [?(p(X)), tick(X), P])) :- K = k(Kind, _, _), Kind \== knowing, program(K, D, P).
+construct(call, K0, D, P) :-                   % of what is given a program or a formula
+    beside(K0, K), program(K, D, Q), program(K, D, R), K = k(Kind, _, _), test_formula(Kind, F),
+    random_member(P, [cond(F, Q, R), both(Q, R), times(2, Q), pi((e, [act(1), [act(2), tick(a)], ndet(act(1), [])]), [e, Q, e])]).
+construct(hiding, K, D, pi((x, objs), [pi([(y, [a]), (x, [b, a])], [tick(x), Q, tick(y)]), tick(x)])) :- program(K, D, Q).
 construct(rpi, K, D, P) :- program(K, D, Q), random_member(P, [rpi((x, objs), [tick(x), Q]), rpi(x, [a, b], [Q, tick(x)])]).
 construct(for, K, D, for(x, [a, b], P)) :- program(K, D, Q), random_member(P, [tick(x), if(p(x), tick(x), Q)]).
 construct(conc, K0, D, conc(P, Q)) :- beside(K0, K), program(K, D, P), program(K, D, Q).
