@@ -91,8 +91,8 @@ said(no_seconds(In, E, T), In, '~q takes a number of seconds from 0, not ~q', ['
 said(no_list(In, E, A), In, '~q takes a list, not ~q', ['$pi'(E), A]).
 said(no_result(In, P, R), In, '~q gives its result to ~q, an atom that neither pi nor some binds: a Prolog variable takes it',
      ['$pi'(P), R]).
-said(captured_value(In, V, Value), In, '~q is the name of a variable here and a value ~w: where the value comes in it is taken for \
-the variable', [V, Where]) :-
+said(captured_value(In, V, Value), In, '~q is the name of a variable here and a value ~w: where the value comes in it is \
+taken for the variable', [V, Where]) :-
     value_place(Value, Where).
 said(unused(In, Construct, V), In, '~w binds ~q, which is not used', [Construct, V]).
 said(no_poss(A), none, 'action ~q has no precondition axiom and will never be possible', ['$pi'(A)]).

@@ -119,11 +119,12 @@ formula(Kind, _, F) :-
     random_between(0, 2, K),
     random_member(F, [P, Q, neg(P), and(P, Q), or(P, Q), and([P, Q, R]), or([P, neg(Q), R]), impl(P, Q), equiv(P, Q),
                       some((x, [a, b]), and(p(x), P)), all((x, objs), or(p(x), Q)), some((x, objs), all((x, [b]), m(x) = K)),
-                      neg(some([(x, objs), (y, objs)], and(p(x), neg(p(y))))), (P -> Q ; R), (P ; Q), \+ P, forall(P, Q), once(or(P, Q)),
+                      neg(some([(x, objs), (y, objs)], and(p(x), neg(p(y))))),
+                      (P -> Q ; R), (P ; Q), \+ P, forall(P, Q), once(or(P, Q)),
                       some(x, [a, b], and(p(x), P)), all(x, objs, or(p(x), Q)), either(P, Q)]).
 
-own_formulas(plain, K, [p(a), n >= K, m(a) =< K, n =:= m(b), n + m(a) =\= K, f(n, m(a)) = f(K, K), [n, p(a)] = [K, true], p(a) = p(b),
-                        some(Y, and(Y is n + K, m(a) = Y))]).
+own_formulas(plain, K, [p(a), n >= K, m(a) =< K, n =:= m(b), n + m(a) =\= K, f(n, m(a)) = f(K, K), [n, p(a)] = [K, true],
+                        p(a) = p(b), some(Y, and(Y is n + K, m(a) = Y))]).
 own_formulas(sensing, K, [kwhether(m(b)), know(m(b) = K), m(b) = K, know(m(b))]).
 own_formulas(knowing, K, [u = K, w, u < n, know(w), kwhether(u = K), know(u), know(or(u = K, w)), neg(know(neg(w)))]).
 
