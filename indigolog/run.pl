@@ -129,7 +129,8 @@ value('a file', File, File) :-
     File \== ''.
 value('a number of seconds from 0', Text, Seconds) :-
     catch(atom_number(Text, Seconds), _, fail),
-    Seconds >= 0.
+    Seconds >= 0,
+    Seconds < inf.
 value('a whole number from 0', Text, N) :-
     catch(atom_number(Text, N), _, fail),
     integer(N), N >= 0.

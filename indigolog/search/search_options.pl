@@ -1,5 +1,6 @@
 :- module(indigolog_search_options,
           [ search_strategy/2,        % +How, -Strategy
+            search_option/1,          % +Option
             action_cost/4,            % +Options, +Action, +Situation, -Cost
             estimate/3,               % +Options, +Situation, -Estimate
             anytime/1,                % +Options
@@ -51,6 +52,8 @@ search_strategy(How, Strategy) :-
     ;   Strategy = published
     ).
 
+%!  search_option(+Option) is semidet.
+
 search_option(Option) :-
     nonvar(Option),
     option_of_search(Option).
@@ -77,7 +80,7 @@ option_of_search(anytime(B)) :- memberchk(B, [true, false]).
 %
 %   What Action costs in Situation, the one before it.
 %
-%   @error golog(search_value(What, Term, Value)) if it is not a number >= 0
+%   @error golog(search_value(cost(Action), Term)) if it is not a finite number >= 0
 
 action_cost(Options, A, S, Cost) :-
     (   member(Option, Options),
@@ -87,7 +90,8 @@ action_cost(Options, A, S, Cost) :-
     ->  true
     ;   option(cost(Term), Options, 1)
     ),
-    number_value(cost(A), Term, S, Cost).
+    number_value(cost(A), Term, S, Cost),
+    ( Cost < inf -> true ; throw(error(golog(search_value(cost(A), Term)), _)) ).
 
 %!  estimate(+Options, +Situation, -Estimate) is det.
 

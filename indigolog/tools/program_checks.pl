@@ -17,6 +17,7 @@ is in(Label, Names): Names are the variables that constructs around it may bind.
 :- use_module(formula_parts, [connective/3, is_formula/2, procedure_kind/3]).
 :- use_module('../language/semantics', [construct/2, program_part/2]).
 :- use_module('../language/theory').
+:- use_module('../search/search_options', [search_option/1]).
 
 %!  body_problem(+Body, +In, +Theory, -Kind, -What) is nondet.
 %
@@ -95,7 +96,7 @@ argument_problem(E, in(Label, Names), What) :-
     \+ memberchk(A, Names),
     What = no_seconds(in(Label, Names), E, A).
 argument_problem(E, in(Label, Names), What) :-
-    ( E = case(_, A) ; construct(E, [programs(A)]) ),
+    ( E = case(_, A) ; E = search(_, A), search_option(A) ; construct(E, [programs(A)]) ),
     nonvar(A),
     \+ A = [_|_],
     \+ is_list(A),

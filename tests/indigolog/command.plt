@@ -167,6 +167,7 @@ wrong([inc, '--journal', '/nowhere/at/all'], "cannot open the journal /nowhere/a
 wrong(['foo('], "PROGRAM is not a Prolog term: it ends too early").
 wrong(['foo bar'], "PROGRAM is not a Prolog term: operator expected").
 wrong([inc, '--max-wait', soon], "--max-wait needs a number of seconds").
+wrong([inc, '--max-wait', '1.0Inf'], "--max-wait needs a number of seconds").
 wrong([inc, '--journal'], "--journal needs a file").
 wrong([inc, Option, '/nowhere/at/all'], "the journal /nowhere/at/all does not exist") :-
     member(Option, ['--resume', '--replay']).

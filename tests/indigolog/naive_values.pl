@@ -100,7 +100,7 @@ world([F|Fs], H, [F-V|W]) :- naive_values(F, H, Vs), member(V, Vs), world(Fs, H,
 
 % Quantifiers and abbreviations written out.
 expanded(P, P) :- \+ compound(P), \+ ( atom(P), nt:proc(P, _) ), !.
-expanded(some(V, P), Q) :- var(V), !, put_for(V, _, P, P1), expanded(once(P1), Q).
+expanded(some(z, P), Q) :- !, put_for(z, _, P, P1), expanded(once(P1), Q).
 expanded(some(V, D, P), Q) :- !, expanded(some((V, D), P), Q).
 expanded(all(V, D, P), Q) :- !, expanded(all((V, D), P), Q).
 expanded(some(V, P), or(Qs)) :- !, findall(Q, ( picked(V, P, P1), expanded(P1, Q) ), Qs).

@@ -124,7 +124,7 @@ formula(Kind, _, F) :-
                       some(x, [a, b], and(p(x), P)), all(x, objs, or(p(x), Q)), either(P, Q)]).
 
 own_formulas(plain, K, [p(a), n >= K, m(a) =< K, n =:= m(b), n + m(a) =\= K, f(n, m(a)) = f(K, K), [n, p(a)] = [K, true],
-                        p(a) = p(b), some(Y, and(Y is n + K, m(a) = Y))]).
+                        p(a) = p(b), some(z, and(z is n + K, m(a) = z))]).
 own_formulas(sensing, K, [kwhether(m(b)), know(m(b) = K), m(b) = K, know(m(b))]).
 own_formulas(knowing, K, [u = K, w, u < n, know(w), kwhether(u = K), know(u), know(or(u = K, w)), neg(know(neg(w)))]).
 

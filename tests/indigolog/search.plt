@@ -134,6 +134,9 @@ test(estimate_is_no_number, error(golog(search_value(heuristic, at)))) :-
 test(cost_is_negative, error(golog(search_value(cost(drive(a, b)), -1)))) :-
     do(search(travel, [cost(-1)]), [], _).
 
+test(cost_is_infinite, error(golog(search_value(cost(drive(a, b)), inf)))) :-
+    plan(travel, [cost(inf)], _).
+
 :- end_tests(search_misuse).
 
 :- dynamic warned/1.
