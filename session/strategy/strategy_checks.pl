@@ -50,3 +50,10 @@ check_against_device(File, Device) :-
              known_beforehand(Settings, Clause),
              settings_problem(Device, Settings, Problem) ),
            usage_error("~w: ~s", [Place, Problem])).
+
+%   Of a predicate of the strategy that takes the place of one that the theory calls.
+:- multifile prolog:message//1.
+
+prolog:message(ignored_weak_import(_, From:Helper)) -->
+    { sub_atom(From, 0, _, _, domain_) },
+    [ '~q is a helper of the theory, whose procedures call this one now: another name is needed'-[Helper] ].

@@ -71,6 +71,8 @@ binder(for(W, D, E), W, D, D1, for(W, D1, E)).
 binder(some((W, D), E), W, D, D1, some((W, D1), E)).
 binder(all((W, D), E), W, D, D1, all((W, D1), E)).
 binder(some(W, E), W, [], [], some(W, E)).
+binder(some(W, D, E), W, D, D1, some(W, D1, E)).
+binder(all(W, D, E), W, D, D1, all(W, D1, E)).
 binder(interrupt((W, D), P, E), W, D, D1, interrupt((W, D1), P, E)).
 binder(interrupt(W, P, E), W, [], [], interrupt(W, P, E)).
 

@@ -137,6 +137,14 @@ def test_a_strategy_may_have_operators_of_its_own_and_of_libraries(tmp_path: Pat
     assert "mine.pl:3: light right has no level 9" in refused("--controller", file, "--dry-run", by=served)
 
 
+def test_a_predicate_with_the_name_of_a_helper_is_said(tmp_path: Path) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text("proc(control, [choose_random, take_image]).\nmerit(_, 1).\n")
+    said = served("--controller", file, "--dry-run").stderr
+    assert "mine.pl:2" in said
+    assert "merit/2 is a helper of the theory, whose procedures call this one now" in said
+
+
 def test_what_a_strategy_includes_is_its_own(tmp_path: Path) -> None:
     (tmp_path / "theirs.pl").write_text("proc(control, [first]).\nproc(first, choose_random).\n")
     file = tmp_path / "mine.pl"
