@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import msgspec
-from msgspec import Meta
 
 from bridge.errors import BadInput
 from bridge.messages import Unit
@@ -19,14 +18,12 @@ from experiments.kinds import KINDS
 from geometry.errors import GeometryError
 from geometry.model import find_target
 from image_server.simulator.scenario import load_scenario
-from stack.format import STACK_FILE
+from stack.format import STACK_FILE, NotNegative, Strength
 from stack.tables import as_table, read_toml
 
 HINTS = {"stacks and targets": "Name some in it, or give stack folders after it."}
 KEY_BITS = 63  # a signed column holds them
 
-Strength = Annotated[float, Meta(ge=0, le=1e6)]
-Speed = Annotated[float, Meta(ge=-1e6, le=1e6)]
 Words = list[str] | str
 Numbers = list[int] | int | str
 
@@ -45,8 +42,8 @@ class Condition(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     name: str
     ambient_scale: Strength | None = None
     light_power: Strength | None = None
-    defocus_sigma_px: Strength | None = None
-    motion_px_per_s: tuple[Speed, Speed] | None = None
+    defocus_sigma_px: NotNegative | None = None
+    motion_px_per_s: tuple[float, float] | None = None
 
     def values(self) -> tuple[float | None, float | None, float | None, tuple[float, float] | None]:
         """In the order that `with_conditions` of stacks and scenarios takes them."""

@@ -16,7 +16,7 @@ from numerics.arrays import Grey
 from stack.exposure import in_words, level_fraction, light_powers, same_value
 from stack.format import FrameTable
 from stack.read import BasisStack, FramesStack, describe_stack
-from stack.sensor import exposed, mixed
+from stack.sensor import check_blur, exposed, mixed
 
 NEAREST_NAMED = 3  # recorded settings that an error lists
 
@@ -34,6 +34,10 @@ class Replay(Device):
         for two witnesses.
     shown : settings of the recorded frames that an earlier process of the same session has shown, in order;
         the first `captures_taken` of them count.
+
+    Raises
+    ------
+    BadInput : a blur that is larger than the frame.
     """
 
     name = "replay"
@@ -46,6 +50,8 @@ class Replay(Device):
         nearest: bool = False,
         shown: Sequence[Settings] = (),
     ) -> None:
+        if isinstance(stack, BasisStack):
+            check_blur(stack.table.camera, f"The stack {stack.folder}")
         self._stack = stack
         self._describe = describe_stack(stack, self.name)
         self._nearest = nearest

@@ -22,6 +22,8 @@ from stack.tables import Table, as_table
 
 STACK_FILE = "stack.toml"
 
+MOST_STRENGTH = 1e9  # of a sun or a lamp, chosen by hand: times what a file says a number still
+Strength = Annotated[float, Meta(ge=0, le=MOST_STRENGTH)]
 NotNegative = Annotated[float, Meta(ge=0)]
 Some = Meta(min_length=1)
 
@@ -179,7 +181,7 @@ class BasisTable(Table, frozen=True):
     lights: Annotated[tuple[BasisLight, ...], Some]
     target: TargetTable
     ambient: str | None = None
-    ambient_scale: NotNegative = 1.0
+    ambient_scale: Strength = 1.0
 
 
 class FramesTable(Table, frozen=True):

@@ -33,12 +33,29 @@ import cv2
 import numpy as np
 from numpy.random import SFC64, Generator, SeedSequence
 
+from bridge.errors import BadInput
 from numerics.arrays import Field, Grey
 from stack.exposure import WHITE, relative_exposure
 from stack.format import CameraTable
 
 LEAST_BLUR_PX = 0.05  # a blur below this changes no 8-bit value by more than rounding
 LINE_POINTS_PER_PX = 16  # of the motion kernel; chosen by hand, so that its centroid is right to 1/100 px
+
+
+def check_blur(camera: CameraTable, where: str) -> None:
+    """Raise BadInput where a point would be spread over more than the frame of a stack or a scenario."""
+    shutter_s = max(camera.shutters_s)
+    moved = math.hypot(*camera.motion_px_per_s) * shutter_s
+    for key, spread, within in (
+        ("defocus_sigma_px", camera.defocus_sigma_px, ""),
+        ("motion_px_per_s", moved, f" in {shutter_s:.3g} s"),
+    ):
+        if spread > max(camera.width, camera.height):
+            raise BadInput(
+                f"{where}: {key} blurs over {spread:.3g} px{within},"
+                f" and the frame has {camera.width}×{camera.height}.",
+                "Give less.",
+            )
 
 
 def mixed(images: Sequence[Field], weights: Sequence[float]) -> Field:

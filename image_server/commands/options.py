@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from bridge.command_line import MOST_SEED, number, whole_number
+from stack.format import MOST_STRENGTH
 
 if TYPE_CHECKING:
     from image_server.serve.device import Device
@@ -14,7 +15,6 @@ if TYPE_CHECKING:
 Conditions = tuple[float | None, float | None, float | None, tuple[float, float] | None]
 """Ambient scale, light power, defocus (px) and motion (px/s), each instead of a file's."""
 
-STRONGEST = 1e9  # chosen by hand: times what a file says a number still
 AS_IN_THE_FILE: Conditions = (None, None, None, None)
 
 
@@ -95,12 +95,12 @@ def add_conditions(parser: ArgumentParser) -> None:
     parser.add_argument(
         "--ambient-scale",
         metavar="FACTOR",
-        type=number(0, STRONGEST),
+        type=number(0, MOST_STRENGTH),
         help="Strength of the sun instead of the one in the file; 0 is eclipse, 20 harsh.",
     )
     parser.add_argument(
         "--light-power",
-        type=number(0, STRONGEST),
+        type=number(0, MOST_STRENGTH),
         metavar="FACTOR",
         help="Multiply the power of every light.",
     )

@@ -23,6 +23,8 @@ MOST_DISCS = 8  # bounds the time of a frame
 LEAST_DISC_PX = 0.25  # a disc below this changes nothing that a pixel does not
 LEAST_DRAWN_PX = 3.0  # chosen by hand; a smaller disc becomes three taps
 SUBPIXELS = 16  # along each axis, for the coverage of a disc's rim
+MOST_SUBPIXELS = 4096  # along each axis of a disc, chosen by hand; bounds its memory
+MOST_ROUND_PX = 100  # reach beyond which a square is searched, chosen by hand; bounds the time of a frame
 GLARE_CORE_PX = 2.0  # chosen by hand, so that the middle stays finite
 GLARE_WIDTH = 160  # to which the frame is reduced before it is scattered
 
@@ -35,7 +37,8 @@ def disc_diameters(inverse_depth: Field, fx: float, aperture_m: float, focus_m: 
 def nearest_around(inverse_depth: Field, reach_px: int) -> Field:
     """Each pixel's largest 1/depth within reach: a blurred outline spreads over what is behind it."""
     size = 2 * reach_px + 1
-    window = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (size, size))
+    round_window = reach_px <= MOST_ROUND_PX
+    window = cv2.getStructuringElement(cv2.MORPH_ELLIPSE if round_window else cv2.MORPH_RECT, (size, size))
     return np.asarray(cv2.dilate(inverse_depth, window), dtype=np.float32)
 
 
@@ -51,13 +54,15 @@ def focused(radiance: Field, inverse_depth: Field, fx: float, aperture_m: float,
     """Radiance (H, W) as a lens focused at `focus_m` shows it.
 
     Each pixel takes the disc of its own depth, or of the nearest thing whose blurred outline reaches it. So
-    what is seen past an outline is as blurred as the outline, within its reach.
+    what is seen past an outline is as blurred as the outline, within its reach. No disc is wider than the
+    frame.
     """
-    own = disc_diameters(inverse_depth, fx, aperture_m, focus_m)
+    frame = np.float32(max(radiance.shape))
+    own = np.minimum(disc_diameters(inverse_depth, fx, aperture_m, focus_m), frame)
     widest = float(own.max(where=inverse_depth > 0, initial=0.0))
     if widest > 0:
         around = nearest_around(inverse_depth, math.ceil(widest / 2) + 1)
-        own = disc_diameters(around, fx, aperture_m, focus_m)
+        own = np.minimum(disc_diameters(around, fx, aperture_m, focus_m), frame)
     least, most = float(own.min()), float(own.max())
     if most < LEAST_DISC_PX:
         return radiance
@@ -93,10 +98,11 @@ def disc_kernel(diameter_px: float) -> Field:
         return np.asarray(np.outer(taps, taps), dtype=np.float32)
     radius = 2 * math.sqrt(variance - 1 / 12)
     half = math.ceil(radius - 0.5)
-    fine = (np.arange((2 * half + 1) * SUBPIXELS) + 0.5) / SUBPIXELS - 0.5 - half
-    inside = fine[:, None] ** 2 + fine[None, :] ** 2 <= radius**2
     side = 2 * half + 1
-    covered = inside.reshape(side, SUBPIXELS, side, SUBPIXELS).sum(axis=(1, 3))
+    parts = max(1, min(SUBPIXELS, MOST_SUBPIXELS // side))
+    fine = (np.arange(side * parts) + 0.5) / parts - 0.5 - half
+    inside = fine[:, None] ** 2 + fine[None, :] ** 2 <= radius**2
+    covered = inside.reshape(side, parts, side, parts).sum(axis=(1, 3))
     return np.asarray(covered / covered.sum(), dtype=np.float32)
 
 

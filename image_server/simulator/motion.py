@@ -54,10 +54,10 @@ def smeared(
     """Radiance (H, W) gathered over an exposure centred on now; parameters as of `image_velocity`.
 
     Each pixel sees what passes over it with the motion of its own point, or of the nearest one whose path
-    crosses its outline.
+    crosses its outline; a path that is longer than the frame reaches half of the frame to each side.
     """
     path = shutter_s * image_velocity(camera, origin, velocity, spin, inverse_depth)
-    longest = float(np.hypot(path[..., 0], path[..., 1]).max())
+    longest = min(float(np.hypot(path[..., 0], path[..., 1]).max()), max(radiance.shape))
     if longest < LEAST_MOTION_PX:
         return radiance
     around = nearest_around(inverse_depth, math.ceil(longest / 2) + 1)

@@ -6,7 +6,7 @@ from msgspec import Meta
 
 from bridge.messages import Coordinate, Vector3
 from image_server.simulator.material import MaterialChanges
-from stack.format import CameraTable
+from stack.format import CameraTable, Strength
 from stack.tables import Table
 
 # Chosen by hand, beyond anything of use, so that what is made of them is finite and messages hold it; those
@@ -43,7 +43,7 @@ class Light(Table, frozen=True):
     name: str
     position: tuple[Place, Place, Place]
     levels: Annotated[int, Meta(ge=1, le=65536)] = 8
-    power: NotNegative = 1.0
+    power: Strength = 1.0
     aim: Vector3 = (0.0, 0.0, 1.0)
     half_intensity_deg: Annotated[float, Meta(ge=1, lt=90)] | None = None
     beam: Annotated[tuple[tuple[HalfTurn, NotNegative], ...], Meta(min_length=2)] | None = None
@@ -241,8 +241,8 @@ class Scenario(Table, frozen=True):
     """
 
     description: str = ""
-    ambient_scale: NotNegative = 1.0
-    light_power: NotNegative = 1.0
+    ambient_scale: Strength = 1.0
+    light_power: Strength = 1.0
     in_proportion: bool = True
     camera: ScenarioCamera = ScenarioCamera()
     lights: Annotated[tuple[Light, ...], Meta(min_length=1)] = DEFAULT_LIGHTS

@@ -28,7 +28,7 @@ from image_server.simulator.scene import Scene, background_parts, joined, target
 from image_server.simulator.view import Radiances, TracedView, rendered, sky_of
 from numerics.arrays import Field, Floats
 from stack.exposure import level_fraction
-from stack.sensor import exposed, mixed
+from stack.sensor import check_blur, exposed, mixed
 
 POSE, SEED_POSE, SUN, BACKGROUND, MOVES, DRIFT, STARS = range(1, 8)
 """Streams of random numbers, so that one draw more in one place changes nothing elsewhere."""
@@ -100,6 +100,7 @@ class Simulator(Device):
         self._unit = unit
         self._appearance = load_appearance(self.model_file, len(self.model.faces))
         self.sensor = self._scenario.camera
+        check_blur(self.sensor, "The scenario")
         try:
             self._camera = Camera.from_dict(msgspec.to_builtins(self.sensor))
         except GeometryError as error:

@@ -116,6 +116,7 @@ def test_stacks_come_from_the_plan_and_from_the_command_line(tmp_path: Path) -> 
         ('controllers = ["simple"]\ntargets = ["cube"]\nunit = "mm"\n', "a unit, but no target of a file"),
         ("controllers = [", "is not valid TOML"),
         ('[[conditions]]\nname = "a"\nambient_scale = -1.0\n', "ambient_scale"),
+        ('[[conditions]]\nname = "a"\nlight_power = 1e10\n', "light_power"),
         ('[[conditions]]\nname = "a"\nmotion_px_per_s = [nan, 0.0]\n', "motion_px_per_s"),
     ],
 )

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import cv2
 import numpy as np
@@ -33,6 +34,23 @@ def test_the_sun_and_the_lights_can_be_changed(tmp_path: Path) -> None:
     dark = Replay(with_conditions(stack, ambient_scale=0.0, light_power=2.0)).capture(SETTINGS)
     signal = 2 * (3 / 7 * LEVELS["left"] + 0.5 * LEVELS["right"]) / 65535
     assert np.abs(dark.pixels - 255 * signal).max() <= 0.51
+
+
+@pytest.mark.parametrize(
+    ("blur", "message"),
+    [
+        ({"defocus_sigma_px": 1e9}, r"The stack .*: defocus_sigma_px blurs over 1e\+09 px, and the"),
+        ({"motion_px_per_s": (1e9, 0.0)}, r"motion_px_per_s blurs over 6.67e\+07 px in 0.0667 s"),
+    ],
+)
+def test_a_blur_that_is_larger_than_the_frame_is_refused(
+    tmp_path: Path, blur: dict[str, Any], message: str
+) -> None:
+    """The first capture ran out of memory."""
+    stack = load_stack(basis_stack(tmp_path))
+    assert isinstance(stack, BasisStack)
+    with pytest.raises(BadInput, match=message):
+        Replay(with_conditions(stack, **blur))
 
 
 def test_recorded_frames_come_bit_for_bit_and_in_turn(tmp_path: Path) -> None:

@@ -63,6 +63,14 @@ def test_an_outline_spreads_over_what_is_behind_it() -> None:
     )  # a disc's edge spread half a pixel in
 
 
+def test_a_disc_is_no_wider_than_the_frame() -> None:
+    """A lens focused at a millimetre has discs of thousands of pixels, for which there is no memory."""
+    picture = np.zeros((48, 64), np.float32)
+    picture[:, :32] = 1.0
+    image = focused(picture, np.ones(picture.shape, np.float32), FX, WIDTH_M, 1e-3)
+    assert 0.1 < image[:, 40].min() < image[:, 24].max() < 0.9
+
+
 def test_nearer_and_farther_parts_blur_each_in_their_own_way() -> None:
     lines = np.zeros((64, 400), np.float32)
     lines[:, [100, 300]] = 1.0

@@ -4,6 +4,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from bridge.messages import Settings
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from image_server.simulator.motion import image_velocity, smeared
@@ -90,6 +91,13 @@ def test_a_side_step_blurs_as_a_line() -> None:
     sensor = still(motion_px_per_s=(0.05 * 2 * camera.fx, 0.02 * 2 * camera.fy))
     line = blurred(radiance, sensor, SHUTTER_S, 4.0)
     assert np.abs(ours - line)[20:-20, 20:-20].mean() < 0.02
+
+
+def test_a_path_of_kilometres_is_a_frame_like_others() -> None:
+    """What was searched for what moves by grew with the path, until there was no memory."""
+    simulator = moving((1e6, 0.0, 0.0), (0.0, 0.0, 0.0))
+    frame = simulator.capture(Settings((7,), SHUTTER_S, 4.0))
+    assert frame.pixels.max() < 20  # its light is spread over all that it passes
 
 
 def test_what_stands_behind_the_target_stays_sharp() -> None:

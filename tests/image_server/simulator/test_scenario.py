@@ -117,6 +117,11 @@ power = 1e9
 """
 
 
+def test_a_blur_that_is_larger_than_the_frame_is_refused() -> None:
+    with pytest.raises(BadInput, match="The scenario: defocus_sigma_px blurs over 641 px, and the frame"):
+        Simulator("cube", with_conditions(load_scenario("nominal"), defocus_sigma_px=641.0))
+
+
 @pytest.mark.parametrize("size_m", [0.004, 17.0])
 def test_messages_hold_the_utmost_that_a_scenario_may_say(tmp_path: Path, size_m: float) -> None:
     """For the least and largest of targets, to which all of it is in proportion."""
