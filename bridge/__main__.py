@@ -2,7 +2,7 @@
 
 import sys
 
-from bridge.command_line import run_command
+from bridge.lifeline import leave, leave_at_signals
 
 COMMANDS = {
     "keys": "Make keys for servers that are reached over a network: for both servers and the controller.",
@@ -11,5 +11,14 @@ COMMANDS = {
     "results": "Print the types of all results as Prolog terms (bridge/prolog/results.pl).",
 }
 
+
+def main() -> None:
+    """`python -m bridge`."""
+    leave_at_signals()
+    from bridge.command_line import run_command  # late: a signal that comes meanwhile ends it, too
+
+    leave(run_command("bridge", "What the three programs share.", COMMANDS, sys.argv[1:]))
+
+
 if __name__ == "__main__":
-    sys.exit(run_command("bridge", "What the three programs share.", COMMANDS, sys.argv[1:]))
+    main()

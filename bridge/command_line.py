@@ -38,9 +38,14 @@ def run_command(name: str, about: str, commands: Mapping[str, str], words: Seque
     words
         The command line, without the program.
     """
+    return status_of(name, lambda: _run_command(name, about, commands, words))
+
+
+def status_of(name: str, does: Callable[[], int]) -> int:
+    """The exit status of what a program does; what that raises is told."""
     _open_what_is_closed()
     try:
-        status = _run_command(name, about, commands, words)
+        status = does()
         sys.stdout.flush()
     except BrokenPipeError:  # its reader has seen enough; nothing more can be said there
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Self, TypeVar
 
@@ -23,7 +24,7 @@ class Stopped(Exception):  # noqa: N818
 
 class Stopping:
     """`with` it, signals are only noted: an exception out of a handler may meet a compiled kernel, which it
-    crashes, or a library that catches it."""
+    crashes, or a library that catches it. One that whoever started this has ignored stays so."""
 
     def __init__(self) -> None:
         self._number: int | None = None
@@ -38,16 +39,23 @@ class Stopping:
         """
         coming = iter(items)
         while True:
-            self._waits = True
             try:
-                self.heed()
-                item = next(coming)
+                with self.waiting():
+                    item = next(coming)
             except StopIteration:
                 return
-            finally:
-                self._waits = False
             self.heed()
             yield item
+
+    @contextmanager
+    def waiting(self) -> Iterator[None]:
+        """`with` it, what is done may be interrupted; raises as `each`."""
+        self._waits = True
+        try:
+            self.heed()
+            yield
+        finally:
+            self._waits = False
 
     def heed(self) -> None:
         """Raise Stopped where a signal has come."""
@@ -60,7 +68,11 @@ class Stopping:
             raise Stopped(number)
 
     def __enter__(self) -> Self:
-        self._before = {number: signal.signal(number, self._note) for number in SIGNALS}
+        self._before = {
+            number: signal.signal(number, self._note)
+            for number in SIGNALS
+            if signal.getsignal(number) != signal.SIG_IGN
+        }
         return self
 
     def __exit__(self, *_: object) -> None:

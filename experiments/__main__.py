@@ -2,9 +2,8 @@
 
 import sys
 
-from bridge.command_line import run_command
 from bridge.errors import EXIT_BAD_INPUT
-from bridge.lifeline import leave
+from bridge.lifeline import leave, leave_at_signals
 from numerics.blas import use_one_blas_thread
 
 COMMANDS = {
@@ -16,6 +15,9 @@ COMMANDS = {
 
 def main() -> int:
     """Run a command; the exit status."""
+    leave_at_signals()
+    from bridge.command_line import run_command  # late: a signal that comes meanwhile ends it, too
+
     use_one_blas_thread()  # workers inherit it
     about = "Plans of many sessions: run them anywhere, continue them, compare strategies."
     try:

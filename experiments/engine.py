@@ -1,7 +1,7 @@
 """Running a plan: the cells that have no row yet, on a pool of workers, into a table."""
 
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
@@ -45,6 +45,7 @@ def run_plan(
     out: Path,
     make_pool: Callable[[str], Pool],
     begun: Callable[[Start], Watch],
+    each: Callable[[Iterable[list[Row]]], Iterable[list[Row]]] = iter,
     again: bool = False,
 ) -> None:
     """Compute the cells of a plan that have no row yet.
@@ -54,6 +55,7 @@ def run_plan(
     out : folder of the table.
     make_pool : given the version that its workers must have.
     begun : told how it begins; gives what is told of rows that have been written.
+    each : goes through the rows, and may end between them.
     again : compute cells that failed once more.
 
     Raises
@@ -75,7 +77,7 @@ def run_plan(
         try:
             watch = begun(Start(len(plan), len(plan) - missing, pool.where))
             feed = Feed(cell for cell in plan.cells() if cell.key not in finished)
-            for rows in pool.rows(feed):
+            for rows in each(pool.rows(feed)):
                 table.append(rows)
                 watch(rows)
         finally:

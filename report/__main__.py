@@ -4,11 +4,11 @@ import sys
 from argparse import Namespace, RawDescriptionHelpFormatter
 from collections.abc import Callable
 from contextlib import closing, suppress
+from functools import partial
 from pathlib import Path
 
-from bridge.command_line import new_parser, whole_number
-from bridge.errors import BadInput
-from bridge.lifeline import leave
+from bridge.command_line import new_parser, status_of, whole_number
+from bridge.lifeline import leave, leave_at_signals
 from numerics.memory import collect_rarely
 
 ABOUT = {
@@ -61,16 +61,11 @@ def main() -> int:
         )
     options = parser.parse_args(words[1 if command else 0 :])
     collect_rarely()
-    does: dict[str, Callable[[Namespace], None]] = {"": _write, "live": _serve, "whatif": _try}
-    try:
-        does[command](options)
-    except BadInput as error:
-        print(f"report: {error}", file=sys.stderr)
-        return 2
-    return 0
+    does: dict[str, Callable[[Namespace], int]] = {"": _write, "live": _serve, "whatif": _try}
+    return status_of("report", partial(does[command], options))
 
 
-def _write(options: Namespace) -> None:
+def _write(options: Namespace) -> int:
     from report.following import Journal
 
     with closing(Journal(options.run_folder, every_reason=True)) as journal:
@@ -80,21 +75,25 @@ def _write(options: Namespace) -> None:
 
         if not options.when_told or sys.stdin.readline():
             print(write_report(options.run_folder, journal))
+    return 0
 
 
-def _serve(options: Namespace) -> None:
+def _serve(options: Namespace) -> int:
     from report.live import serve_view
 
     serve_view(options.run_folder, options.port, options.parent)
+    return 0
 
 
-def _try(options: Namespace) -> None:
+def _try(options: Namespace) -> int:
     from report.whatif import print_what_if, what_if, write_what_if
 
     done = what_if(options.run_folder, options.at, options.settings, options.out)
     print_what_if(done)
     print(write_what_if(done))
+    return 0
 
 
 if __name__ == "__main__":
+    leave_at_signals()
     leave(main())

@@ -13,6 +13,7 @@ from bridge import __version__
 from bridge.command_line import counted
 from bridge.errors import BadInput
 from bridge.result_file import Result, StepRecord, read_result
+from bridge.whole_file import replaced
 from report import words
 from report.approach import strip_of
 from report.figures import approach_figure, session_figures, time_figure, was_kept
@@ -63,7 +64,8 @@ def write_report(folder: Path, journal: Journal | None = None) -> Path:
         html = render(folder, result, pool.submit(reader.ask))  # it reads while pictures are read and drawn
     path = folder / "report.html"
     try:
-        path.write_text(html, encoding="utf-8")
+        with replaced(path) as new:
+            new.write_text(html, encoding="utf-8")
     except OSError as error:
         raise BadInput(f"{path}: cannot be written ({error.strerror})") from error
     return path

@@ -16,6 +16,8 @@ from markupsafe import Markup
 from bridge.command_line import counted
 from bridge.errors import BadInput
 from bridge.result_file import Result, StepRecord, read_result
+from bridge.stopping import Stopped, Stopping
+from bridge.whole_file import replaced
 from report import words
 
 MAIN = Path(__file__).resolve().parent.parent / "main.pl"
@@ -98,7 +100,7 @@ def what_if(folder: Path, at: int, settings: str, out: Path | None) -> WhatIf:
     there = out.exists()
     try:
         _run([*again, "--instead", f"i{at}: {settings}", "--out", str(out)], was.seconds.get("total"))
-    except BadInput:
+    except (BadInput, Stopped):
         if not there:
             shutil.rmtree(out, ignore_errors=True)
         raise
@@ -110,12 +112,13 @@ def what_if(folder: Path, at: int, settings: str, out: Path | None) -> WhatIf:
 def _run(options: list[str], seconds: float | None) -> None:
     deadline_s = max(LEAST_S, LONGER * (seconds or 0.0))
     try:
-        done = subprocess.run(
-            ["swipl", str(MAIN), *options, "--quiet"],
-            env=os.environ | {"LIGHTS_AND_CAMERA_PYTHON": sys.executable},
-            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
-            text=True, timeout=deadline_s, check=False,
-        )  # fmt: skip
+        with Stopping() as stopping, stopping.waiting():
+            done = subprocess.run(
+                ["swipl", str(MAIN), *options, "--quiet"],
+                env=os.environ | {"LIGHTS_AND_CAMERA_PYTHON": sys.executable},
+                stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                text=True, timeout=deadline_s, check=False,
+            )  # fmt: skip
     except FileNotFoundError as error:
         raise BadInput("there is no `swipl` on the PATH; install SWI-Prolog 9.0.4 or newer") from error
     except subprocess.TimeoutExpired as error:
@@ -232,7 +235,8 @@ def write_what_if(done: WhatIf) -> Path:
     )
     path = done.folders[1] / "whatif.html"
     try:
-        path.write_text(html, encoding="utf-8")
+        with replaced(path) as new:
+            new.write_text(html, encoding="utf-8")
     except OSError as error:
         raise BadInput(f"{path}: cannot be written ({error.strerror})") from error
     return path

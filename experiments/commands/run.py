@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import signal
 import sys
 from argparse import ArgumentParser, Namespace
 from functools import partial
 from pathlib import Path
-from types import FrameType
 
 from bridge.command_line import counted, whole_number
 from bridge.errors import EXIT_DEVICE, BadInput
+from bridge.stopping import Stopped, Stopping
 from experiments.engine import Pool, cores, run_plan
 from experiments.plan import read_plan
 from experiments.progress import Progressing
@@ -44,18 +43,17 @@ def add_options(parser: ArgumentParser) -> None:
 
 def run(options: Namespace) -> int:
     """Run the plan; the exit status."""
-    signal.signal(signal.SIGTERM, _stop)
     plan = read_plan(options.plan, options.stacks, options.seeds)
     if options.workers is not None and options.cluster is not None:
         raise BadInput("--workers and --cluster exclude each other.", "A cluster knows its workers.")
     for doubt in () if options.quiet else unit_doubts(plan):
         print(doubt, file=sys.stderr)
-    with Progressing(options.quiet, partial(_page, options.out, True)) as progress:
+    with Stopping() as stopping, Progressing(options.quiet, partial(_page, options.out, True)) as progress:
         try:
-            run_plan(plan, options.out, partial(_pool, options), progress.begun, options.again)
-        except KeyboardInterrupt as stopped:
+            run_plan(plan, options.out, partial(_pool, options), progress.begun, stopping.each, options.again)
+        except Stopped as stopped:
             progress.end(f"Stopped after {counted(progress.computed, 'cell')}; the same command continues.")
-            return int(128 + (stopped.args[0] if stopped.args else signal.SIGINT))
+            return stopped.status
         _page(options.out, False)
         computed, failed = progress.computed, progress.failed
         words = f"{counted(computed, 'cell')} computed" + (f", {failed} of them failed" if failed else "")
@@ -78,8 +76,3 @@ def _page(out: Path, running: bool) -> None:
     from experiments.page import write_page  # late: it loads what draws
 
     write_page(out, running)
-
-
-def _stop(signum: int, frame: FrameType | None) -> None:
-    signal.signal(signum, signal.SIG_DFL)
-    raise KeyboardInterrupt(signum)

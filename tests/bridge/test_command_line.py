@@ -80,6 +80,7 @@ def opened_by_reader(pipe: Path) -> int:
     [
         "vision_server check x.png --model x.cao --pose x.toml --camera",
         "image_server record x --kind frames --settings each --scenario",
+        "experiments run --out x",
     ],
 )
 def test_a_signal_ends_a_command_without_a_word(

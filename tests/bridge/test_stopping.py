@@ -34,6 +34,16 @@ def test_a_signal_ends_a_wait_at_once() -> None:
         list(stopping.each(coming()))
 
 
+def test_a_signal_that_is_ignored_stays_so() -> None:
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        with Stopping() as stopping:
+            signal.raise_signal(signal.SIGINT)
+            stopping.heed()
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def test_afterwards_signals_are_as_before() -> None:
     before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
     with Stopping() as stopping:

@@ -215,7 +215,7 @@ def test_workers_leave_nothing_behind(tmp_path: Path, monkeypatch: pytest.Monkey
 def test_a_run_in_which_all_failed_is_no_success(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, statuses: list[str], status: int, said: str
 ) -> None:
-    def told(plan: Plan, out: Path, pool: object, begun: Callable[[Start], Watch], again: bool) -> None:
+    def told(plan: Plan, out: Path, pool: object, begun: Callable[[Start], Watch], *more: object) -> None:
         watch = begun(Start(len(statuses), 0, "paper"))
         for one in statuses:
             watch([{"status": one}])

@@ -1,8 +1,10 @@
 """`python -m report`: what it writes, and one plain line for what it cannot use."""
 
 import json
+import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -39,6 +41,19 @@ def test_what_waits_writes_when_it_is_told_and_nothing_when_nobody_will(
     done = run(root, str(folder), "--when-told", said=said)
     assert (done.returncode, done.stderr) == (0, "")
     assert (folder / "report.html").exists() == written
+
+
+@pytest.mark.parametrize(("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_ends_it_without_a_word(make_run: RunMaker, sent: signal.Signals, status: int) -> None:
+    folder = make_run()
+    line = [sys.executable, "-m", "report", str(folder), "--when-told"]
+    with subprocess.Popen(line, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+        while "futex" not in (wait := Path(f"/proc/{running.pid}/wchan").read_text()) and "pipe" not in wait:
+            time.sleep(0.01)
+        running.send_signal(sent)
+        assert running.wait(60) == status
+        assert running.stderr is not None
+        assert running.stderr.read() == ""
 
 
 def test_help_lists_the_commands(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -2,6 +2,10 @@
 
 import json
 import shutil
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -104,6 +108,19 @@ def test_a_choice_that_cannot_be_made_leaves_nothing(copy: Path, words: tuple[st
     assert (done.returncode, done.stdout) == (2, "")
     assert said in done.stderr
     assert done.stderr.count("\n") == 1
+    assert list(copy.parent.iterdir()) == [copy]
+
+
+def test_a_signal_ends_the_session_and_leaves_nothing(copy: Path) -> None:
+    other = copy.with_name("run-whatif-2")
+    line = [sys.executable, "-m", "report", "whatif", str(copy), "--at", "2", "--settings", OTHER]
+    with subprocess.Popen(line, stderr=subprocess.PIPE) as running:
+        while not (other / "images").exists():
+            assert running.poll() is None
+            time.sleep(0.01)
+        running.send_signal(signal.SIGTERM)
+        _, said = running.communicate(timeout=60)
+    assert (running.returncode, said) == (143, b"")
     assert list(copy.parent.iterdir()) == [copy]
 
 
