@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,9 @@ import numpy as np
 import pyarrow as pa
 
 from bridge.errors import BadInput
+from bridge.stopping import Stopping
 from experiments.comparison import Grid
-from experiments.computing import row_of
+from experiments.computing import row_of, warm_worker
 from experiments.outcomes import Outcomes
 from experiments.plan import Cell, Condition, PlanScene, PlanSettings
 
@@ -64,10 +66,14 @@ def deciding_grid(outcomes: Outcomes, table: pa.Table, folder: Path, link_from: 
 
 def make_reports(rows: list[dict[str, Any]], description: dict[str, Any], folder: Path) -> None:
     """Run cells again, with their run folders and reports under `folder`/cells."""
-    for row in rows:
-        cell = cell_of(row, description)
-        if not _report(folder, cell.key).exists():
-            row_of(cell, (folder / CELLS).resolve())
+    keep = (folder / CELLS).resolve()
+    with Stopping() as stopping, closing(warm_worker(keep)):
+        for row in rows:
+            cell = cell_of(row, description)
+            if not _report(folder, cell.key).exists():
+                with stopping.waiting():
+                    row_of(cell, keep)
+                stopping.heed()
 
 
 def cell_of(row: dict[str, Any], description: dict[str, Any]) -> Cell:
@@ -89,7 +95,8 @@ def cell_of(row: dict[str, Any], description: dict[str, Any]) -> Cell:
         controller = sources["controllers"][row["controller"]]
     except KeyError as error:
         raise BadInput(f"The table does not say what {error} was.", "Was its plan.json changed?") from None
-    scene = PlanScene(row["stack"], row["target"], row["scenario"], place, condition, row["pose"])
+    unit = sources.get("units", {}).get(row["target"], "m")
+    scene = PlanScene(row["stack"], row["target"], row["scenario"], place, condition, row["pose"], unit)
     settings = msgspec.convert(description["settings"], PlanSettings)
     return Cell(scene, row["controller"], controller, row["seed"], settings)
 

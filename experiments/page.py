@@ -76,7 +76,7 @@ def _data(outcomes: Outcomes, seeds: np.ndarray[Any, np.dtype[np.int64]]) -> str
         "columns": {
             "strategy": _packed(outcomes.strategy_of, "<u2"),
             "scene": _packed(outcomes.scene_of, "<u4"),
-            "seed": _packed(seeds, "<u4"),
+            "seed": _packed(seeds, "<f8"),
             "status": _packed(status, "<u2"),
             "images": _packed(np.nan_to_num(outcomes.columns["images"]), "<u2"),
             "rotation": _packed(outcomes.columns["rotation_deg"], "<f4"),

@@ -22,6 +22,8 @@ import pyarrow.parquet as pq
 from bridge.errors import BadInput, DeviceError
 from bridge.whole_file import replaced
 from experiments.kinds import COLUMNS, KINDS, Row
+from experiments.plan import PlanSettings
+from stack.tables import plain_message
 
 FORMAT = 1
 RESULTS, JOURNAL, DESCRIPTION, LOCK = "results.parquet", "rows.jsonl", "plan.json", ".lock"
@@ -31,6 +33,17 @@ FAILED = ("failed", "deadline")
 ORDER = ("controller", "stack", "target", "scenario", "condition", "pose", "seed")
 OURS = "Give the folder that a run has written, as it was written."
 TYPES = {str: pa.string(), int: pa.int64(), float: pa.float64()}
+
+
+class _Description(msgspec.Struct):
+    """What must be told of a table."""
+
+    plan: str
+    version: str
+    controllers: list[str]
+    cells: int
+    settings: PlanSettings
+    sources: dict[str, dict[str, Any]]
 
 
 def schema_of(kind: str) -> pa.Schema:
@@ -180,9 +193,10 @@ def _agreed(folder: Path, description: Mapping[str, Any], version: str) -> dict[
                 "Rows of two versions are not compared: name another folder, or check out that version.",
             )
         for key, value in theirs["settings"].items():
-            if value != mine["settings"][key] and key != "deadline_s":
+            said = mine["settings"].get(key)
+            if value != said and key != "deadline_s":
                 raise BadInput(
-                    f"{folder} holds cells with {key} = {value}; this plan says {mine['settings'][key]}.",
+                    f"{folder} holds cells with {key} = {value}; this plan says {said}.",
                     "Name another folder.",
                 )
     try:
@@ -211,6 +225,12 @@ def read_description(folder: Path) -> dict[str, Any]:
             f"The table in {folder} has format {table_format}; this version reads format {FORMAT}.",
             "Name another folder, or use the version that wrote it.",
         )
+    try:
+        kind = msgspec.convert(found, _Description).settings.kind
+    except msgspec.ValidationError as error:
+        raise BadInput(f"{file}: {plain_message(str(error))}", OURS) from None
+    if kind not in KINDS:
+        raise BadInput(f"{file}: there is no kind {kind!r}.", OURS)
     return found
 
 
@@ -264,7 +284,11 @@ def read_rows(folder: Path, schema: pa.Schema | None = None) -> pa.Table:
     if schema is None:
         schema = schema_of(read_description(folder)["settings"]["kind"])
     # The journal first: what is merged meanwhile is then found twice, not never.
-    journal = pa.Table.from_pylist(_journal_rows(folder)[0], schema=schema)
+    try:
+        journal = pa.Table.from_pylist(_journal_rows(folder)[0], schema=schema)
+    except (pa.ArrowInvalid, pa.ArrowTypeError, OverflowError) as error:
+        said = str(error).splitlines()[0]
+        raise BadInput(f"{folder / JOURNAL} holds what is no row: {said}.", OURS) from None
     file = folder / RESULTS
     table = journal
     if file.exists():

@@ -4,6 +4,7 @@ import json
 import shutil
 import subprocess
 import sys
+from contextlib import suppress
 from typing import Any
 
 from experiments.kinds import TIMES, Row
@@ -11,6 +12,7 @@ from experiments.plan import Cell
 from experiments.version import ROOT
 from experiments.worker import Worker
 
+REPORT_S = 60.0  # for a report, as a session gives it
 MESSAGE_CHARACTERS = 500  # of what a session said that failed
 DIES_WITH_PARENT = [shutil.which("setpriv"), "--pdeathsig", "TERM"]
 
@@ -35,7 +37,8 @@ def run(cell: Cell, worker: Worker, *options: str) -> Row:
             worker.abandon_vision_server()
         if worker.keeps_folders and row["status"] not in ("failed", "deadline"):
             report = [sys.executable, "-m", "report", str(folder)]
-            subprocess.run(report, cwd=ROOT, stdout=subprocess.DEVNULL, check=False)
+            with suppress(subprocess.TimeoutExpired):
+                subprocess.run(report, cwd=ROOT, stdout=subprocess.DEVNULL, timeout=REPORT_S, check=False)
         return row
     finally:
         if not worker.keeps_folders:

@@ -1,9 +1,12 @@
 """Kinds of cells beside sessions, and comparisons of each."""
 
+import os
 import re
+import tempfile
 from pathlib import Path
 
 import pytest
+import trimesh
 
 from bridge.errors import BadInput
 from bridge.messages import Settings
@@ -189,6 +192,11 @@ def test_a_row_tells_how_to_run_its_cell_again(tmp_path: Path) -> None:
     out = made_up(tmp_path)
     for row in read_rows(out).to_pylist():
         assert cell_of(row, read_description(out)).key == row["key"]
+    trimesh.creation.box([300, 200, 150]).export(tmp_path / "part.stl")
+    text = 'controllers = ["simple"]\ntargets = ["part.stl"]\nunit = "mm"\n'
+    plan = read_plan(plan_file(tmp_path, text, "mm.toml"))
+    (cell,) = plan.cells()
+    assert cell_of({**cell.names(), "key": cell.key}, plan.description).key == cell.key
 
 
 @pytest.mark.slow
@@ -200,7 +208,10 @@ def test_reports_of_the_cells_that_decide_are_made_and_linked(tmp_path: Path) ->
     )
     out = table_of(tmp_path, text)
     assert [row["rotation_deg"] is None for row in read_rows(out).to_pylist()] == [False, True]
+    workers = f"lights-and-camera-worker-{os.getpid()}-*"
+    before = set(Path(tempfile.gettempdir()).glob(workers))
     compare_table(out, tmp_path / "compared", reports=1)
+    assert set(Path(tempfile.gettempdir()).glob(workers)) <= before
     written = (tmp_path / "compared" / "comparison.md").read_text()
     links = re.findall(r"\[report\]\((.*?)\)", written[written.index("## Cells that decide") :])
     pages = [(tmp_path / "compared" / link).read_text() for link in links]

@@ -92,6 +92,30 @@ def test_another_format_is_refused(tmp_path: Path) -> None:
         opened(tmp_path)
 
 
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"cells": None}, r"plan.json: expected `int`, got `null` in \[cells\]"),
+        ({"settings": {"kind": "dance"}}, "plan.json: there is no kind 'dance'"),
+    ],
+)
+def test_a_description_that_was_changed_is_refused(
+    tmp_path: Path, changed: dict[str, object], said: str
+) -> None:
+    opened(tmp_path).close()
+    file = tmp_path / "out" / DESCRIPTION
+    file.write_text(json.dumps(json.loads(file.read_text()) | changed))
+    with pytest.raises(BadInput, match=said):
+        read_rows(tmp_path / "out")
+
+
+def test_what_is_no_row_is_refused(tmp_path: Path) -> None:
+    opened(tmp_path).close()
+    (tmp_path / "out" / JOURNAL).write_text('{"key": "a"}\n')
+    with pytest.raises(BadInput, match=r"rows.jsonl holds what is no row"):
+        read_rows(tmp_path / "out")
+
+
 def test_a_file_that_is_no_table_is_refused(tmp_path: Path) -> None:
     opened(tmp_path).close()
     (tmp_path / "out" / RESULTS).write_text("something else")
