@@ -11,7 +11,7 @@ import zmq
 from numpy.typing import NDArray
 
 from bridge.arrays import pack, unpack
-from bridge.endpoints import CurveClient
+from bridge.endpoints import CurveClient, is_ipv6
 from bridge.envelope import MAX_FRAME_BYTES, decode_reply, encode_request
 from bridge.errors import BadInput, BridgeAbsent, BridgeRefused, BridgeTimeout, ServerError
 from bridge.presence import Presence, is_starting
@@ -195,6 +195,7 @@ class Client:
         sock.linger = 0
         sock.maxmsgsize = MAX_FRAME_BYTES
         sock.reconnect_ivl = reconnect_ms
+        sock.ipv6 = is_ipv6(self.endpoint)
         if self._curve is not None:
             self._curve.apply(sock)
         return sock

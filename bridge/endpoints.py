@@ -128,6 +128,11 @@ def is_loopback(host: str) -> bool:
         return False
 
 
+def is_ipv6(endpoint: str) -> bool:
+    """Whether ``endpoint`` names an IPv6 address, which ZeroMQ has to be told before it takes it."""
+    return endpoint.startswith("tcp://") and endpoint.count(":") > 2  # the scheme's and the port's
+
+
 def open_to_all(endpoint: str) -> bool:
     """Whether any user of the machine may connect where there are no keys: TCP does not tell who does."""
     return endpoint.startswith("tcp://")
@@ -157,6 +162,7 @@ def bind(sock: "zmq.Socket[bytes]", endpoint: str) -> str:
         As `check_bindable`, and when the port is in use or ZeroMQ refuses for another reason.
     """
     with _bindable(endpoint, curve=True):
+        sock.ipv6 = is_ipv6(endpoint)
         try:
             sock.bind(endpoint)
         except zmq.ZMQError as error:

@@ -295,6 +295,7 @@ def serve(
     lifeline = Lifeline(parent_pid, signals=True)
     server = Server(service, endpoint, events, curve, lifeline, idle_s)
     if curve is None and open_to_all(endpoint):
-        log.warning("every user of this machine can call %s; on ipc:// only its own user can", endpoint)
+        told = "every user of this machine can call %s; on ipc:// only its own user can"
+        log.warning(told, server.endpoint)
     lifeline.enforce(endpoint, events)
     return server.run()

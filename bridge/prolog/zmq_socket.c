@@ -228,14 +228,24 @@ last_endpoint(term_t socket, term_t endpoint)
 
 typedef int (*attach)(void *handle, const char *endpoint);
 
+/* An IPv6 address has more colons than the one before its port. With the option set names would be looked up as IPv6
+   first, and a server on 127.0.0.1 not be found at localhost. */
+static int
+is_ipv6(const char *endpoint)
+{ return strncmp(endpoint, "tcp://", 6) == 0 && strchr(endpoint + 6, ':') != strrchr(endpoint, ':');
+}
+
 static int
 attached(term_t socket, term_t endpoint, attach how, const char *name)
 { zsock *s;
   char *text;
+  int ipv6;
 
   if ( !get_socket(socket, &s) ||
        !PL_get_chars(endpoint, &text, CVT_ATOM|CVT_STRING|CVT_EXCEPTION|REP_UTF8) )
     return FALSE;
+  ipv6 = is_ipv6(text);
+  zmq_setsockopt(s->handle, ZMQ_IPV6, &ipv6, sizeof(ipv6));
   return (*how)(s->handle, text) == 0 ? TRUE : zmq_failed(name, 2, endpoint);
 }
 

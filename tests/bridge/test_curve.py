@@ -50,6 +50,23 @@ def test_only_clients_with_a_known_key_get_in() -> None:
         running.stop()
 
 
+@pytest.mark.parametrize("with_keys", [False, True])
+def test_an_ipv6_address_can_be_reached(with_keys: bool) -> None:
+    try:
+        socket.create_server(("::1", 0), family=socket.AF_INET6).close()
+    except OSError:
+        pytest.skip("there is no IPv6 here")
+    server, client = keys(), keys()
+    curve = CurveServer(*server, frozenset({client[0]})) if with_keys else None
+    running = Running(Counter(), Server(Counter(), "tcp://[::1]:*", events="tcp://[::1]:*", curve=curve))
+    try:
+        own = CurveClient(*client, server[0]) if with_keys else None
+        with Client(running.endpoint, timeout_s=60, curve=own) as connected:
+            assert connected.request("count")[0] == {"count": 1}
+    finally:
+        running.stop()
+
+
 def test_a_client_without_keys_is_not_told_that_nobody_is_there() -> None:
     server_public, server_secret = keys()
     curve = CurveServer(server_public, server_secret, frozenset({keys()[0]}))

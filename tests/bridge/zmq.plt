@@ -86,6 +86,15 @@ not_utf8(Codes) :-
     zmq_send(Router, [Route, Codes], 1, octet),
     zmq_receive(Dealer, _, 60).
 
+test(an_ipv6_address, [condition(exists_file('/proc/net/if_inet6')), true(Frame == "a")]) :-
+    zmq_socket(router, Router, []),
+    zmq_bind(Router, 'tcp://[::1]:*'),
+    zmq_endpoint(Router, Endpoint),
+    zmq_socket(dealer, Dealer, []),
+    zmq_connect(Dealer, Endpoint),
+    zmq_send(Dealer, ["a"], 1),
+    zmq_receive(Router, [_, Frame], 60, octet).
+
 :- end_tests(zmq_messages).
 
 :- begin_tests(zmq_errors).
