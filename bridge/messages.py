@@ -33,7 +33,7 @@ Number = Annotated[int, Meta(ge=0, le=2**53)]
 Seed = Annotated[int, Meta(ge=0, le=2**63 - 1)]
 ImageId = Annotated[str, Meta(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.-]{0,63}\Z")]
 """Name of an image of the set, e.g. ``i1``; safe as a file name."""
-Endpoint = Annotated[str, Meta(pattern=r"^(ipc|tcp)://[^\s\0]+\Z", max_length=256)]
+Endpoint = Annotated[str, Meta(pattern=r"^(ipc|tcp)://[^\0]+\Z", max_length=256)]
 FileName = Annotated[str, Meta(pattern=r"^[^\0]+\Z", max_length=4096)]
 Unit = Literal["m", "cm", "mm", "in"]
 

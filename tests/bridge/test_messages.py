@@ -32,6 +32,7 @@ GOOD: list[tuple[Any, dict[str, Any]]] = [
     (i.ScoreArgs, {"pose": POSE}),
     (i.PoseErrorMessage, {"rotation_deg": 0, "translation_m": 0, "translation_fraction_of_range": 0}),
     (s.StartArgs, START),
+    (s.StartArgs, {"image_server": "ipc:///tmp/a folder/i"}),
     (s.StartArgs, {**START, "matcher": "genetic", "unit": "mm", "seed": 3, "out": "runs/a"}),
     (s.RestoreArgs, {**START, "out": "runs/a", "images": ["i1", "i2"], "discarded": ["i3"]}),
     (v.VisionCaptureArgs, {"image": "i1", "settings": SETTINGS}),
@@ -83,7 +84,7 @@ BAD: list[tuple[Any, dict[str, Any], str]] = [
     (v.DiscardArgs, {"image": "a b"}, "image"),
     (v.DiscardArgs, {"image": "i1\n"}, "image"),
     (s.StartArgs, {**START, "out": "runs/a\0b"}, "out"),
-    (s.StartArgs, {"image_server": "ipc:///a b"}, "image_server"),
+    (s.StartArgs, {"image_server": "ipc:///a\0b"}, "image_server"),
     (s.StartArgs, {"image_server": "inproc://a"}, "image_server"),
     (v.ParametersArgs, {"x": [1]}, "got `array`"),
 ]
