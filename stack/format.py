@@ -1,6 +1,6 @@
 """The tables of `stack.toml` (docs/architecture.md, "Stack folder"), with their defaults and bounds."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -150,6 +150,13 @@ class BasisLight(FramesLight, frozen=True, kw_only=True):
     """One of `[[lights]]` of a basis stack; `radiance` is its linear 16-bit image at full level."""
 
     radiance: str
+
+
+def check_light_names(names: Sequence[str], file: Path) -> None:
+    """Raise BadInput where two lights of a file have one name: they are told apart by it."""
+    for name in names:
+        if names.count(name) > 1:
+            raise BadInput(f"{file}: two lights are called {name!r}.", "Give each light a name of its own.")
 
 
 class TargetTable(TargetDescription, frozen=True, kw_only=True):

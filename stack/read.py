@@ -14,7 +14,15 @@ from bridge.errors import BadInput
 from bridge.messages import Describe, LightDescription, PoseMessage, TargetDescription
 from numerics.arrays import Field
 from stack.exposure import FULL_SCALE_16
-from stack.format import STACK_FILE, BasisTable, FrameList, FramesLight, FramesTable, FrameTable
+from stack.format import (
+    STACK_FILE,
+    BasisTable,
+    FrameList,
+    FramesLight,
+    FramesTable,
+    FrameTable,
+    check_light_names,
+)
 from stack.tables import as_table, read_toml
 
 
@@ -61,8 +69,10 @@ def load_stack(folder: Path) -> BasisStack | FramesStack:
     _check_target(values, file)
     if kind == "basis":
         basis = as_table(values, BasisTable, file)
+        check_light_names([light.name for light in basis.lights], file)
         return _load_basis(folder, basis)
     frames = as_table(values, FramesTable, file)
+    check_light_names([light.name for light in frames.lights or ()], file)
     return _load_frames(folder, frames)
 
 

@@ -30,7 +30,7 @@ def read_toml(file: Path, what: str) -> dict[str, Any]:
     BadInput : no such file, not readable, too large, not TOML.
     """
     try:
-        return tomllib.loads(read_content(file, what, "TOML").decode("utf-8"))
+        return tomllib.loads(read_content(file, what, "TOML").decode("utf-8-sig"))
     except ValueError as error:
         raise BadInput(f"{file} is not valid TOML: {error}.", "Correct the file.") from None
 

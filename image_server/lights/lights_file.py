@@ -10,6 +10,7 @@ from msgspec import Meta
 from bridge.errors import BadInput
 from bridge.messages import LightDescription
 from image_server.lights.driver import LightDriver
+from stack.format import check_light_names
 from stack.tables import Table, as_table, read_toml
 
 Protocol = Literal["line", "dmx_usb_pro"]
@@ -61,10 +62,7 @@ def load_lights_file(path: Path) -> LightsFile:
     BadInput : names file and key.
     """
     table = as_table(read_toml(path, "lights file"), LightsFile, path)
-    names = [light.name for light in table.lights]
-    for name in names:
-        if names.count(name) > 1:
-            raise BadInput(f"{path}: two lights are called {name!r}.", "Give each light a name of its own.")
+    check_light_names([light.name for light in table.lights], path)
     used: dict[int, str] = {}
     for light in table.lights:
         for channel in light.channels:

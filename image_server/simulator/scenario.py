@@ -10,6 +10,7 @@ import msgspec
 from bridge.errors import BadInput
 from geometry.model import size_meant
 from image_server.simulator.scenario_tables import Light, Scenario, ScenarioCamera
+from stack.format import check_light_names
 from stack.tables import as_table, read_toml
 
 SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"
@@ -54,9 +55,7 @@ def load_scenario(name_or_file: str) -> Scenario:
     for key, vector in directions.items():
         if vector is not None and not any(vector):
             raise BadInput(f"{file}: {key} has no length.", "Give a vector in the camera frame.")
-    names = [light.name for light in scenario.lights]
-    if len(set(names)) < len(names):
-        raise BadInput(f"{file}: two [[lights]] have the same name.", f"Names: {', '.join(names)}.")
+    check_light_names([light.name for light in scenario.lights], file)
     return scenario
 
 

@@ -143,6 +143,7 @@ def without(text: str) -> Callable[[str], str]:
     [
         (without('kind = "basis"'), "stack.toml has no key kind"),
         (without('ambient = "sun.png"'), "has no key ambient"),
+        (lambda stack: stack.replace('"right"', '"left"'), "two lights are called 'left'"),
         (without("width = 32"), r"missing.*`width` in \[camera\]"),
         (without('model = "box.cao"'), r"has no \[target\] model"),
         (lambda s: s.replace("box.cao", "none.cao"), "there is no file .*none.cao"),

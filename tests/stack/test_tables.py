@@ -7,7 +7,7 @@ from typing import Literal
 import pytest
 
 from bridge.errors import BadInput
-from stack.tables import Table, as_table, toml_text
+from stack.tables import Table, as_table, read_toml, toml_text
 
 
 def test_toml_text_reads_back() -> None:
@@ -18,6 +18,12 @@ def test_toml_text_reads_back() -> None:
     }  # fmt: skip
     read = tomllib.loads(toml_text(values))
     assert read == {key: value for key, value in values.items() if value is not None}
+
+
+def test_a_byte_order_mark_and_line_ends_of_windows_are_no_matter(tmp_path: Path) -> None:
+    file = tmp_path / "a.toml"
+    file.write_bytes(b"\xef\xbb\xbfx = 1\r\ny = 2\r\n")
+    assert read_toml(file, "file") == {"x": 1, "y": 2}
 
 
 class Lamp(Table, frozen=True):

@@ -51,6 +51,7 @@ def test_conditions_change_a_scenario() -> None:
             "half_intensity_deg and beam",
         ),
         ("[sun", "not valid TOML"),
+        (2 * ONE_LIGHT, "two lights are called 'a'"),
         (ONE_LIGHT.replace("0.0]", "1e300]"), r"<= 20000.0 in \[lights 1.position 3\]"),
         (f"{ONE_LIGHT}power = 1e300", r"in \[lights 1.power\]"),
         ("light_power = 1e300", r"in \[light_power\]"),
