@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import sys
 from argparse import ArgumentParser, Namespace
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 
 from bridge.command_line import counted, whole_number
-from bridge.errors import EXIT_DEVICE, BadInput
+from bridge.errors import EXIT_DEVICE, BadInput, DeviceError, LightsAndCameraError
 from bridge.stopping import Stopped, Stopping
 from experiments.engine import Pool, cores, run_plan
 from experiments.plan import read_plan
@@ -52,8 +53,13 @@ def run(options: Namespace) -> int:
         try:
             run_plan(plan, options.out, partial(_pool, options), progress.begun, stopping.each, options.again)
         except Stopped as stopped:
+            _page(options.out, False)
             progress.end(f"Stopped after {counted(progress.computed, 'cell')}; the same command continues.")
             return stopped.status
+        except DeviceError:
+            with suppress(LightsAndCameraError):
+                _page(options.out, False)
+            raise
         _page(options.out, False)
         computed, failed = progress.computed, progress.failed
         words = f"{counted(computed, 'cell')} computed" + (f", {failed} of them failed" if failed else "")

@@ -20,6 +20,7 @@ from experiments.engine import Start, Watch
 from experiments.feed import Feed
 from experiments.kinds import empty
 from experiments.local_pool import LocalPool
+from experiments.page import PAGE
 from experiments.plan import Cell, Plan, read_plan
 from experiments.table import JOURNAL, RESULTS
 from experiments.version import code_version
@@ -91,6 +92,9 @@ def test_stopped_by_a_signal_it_says_how_to_go_on(tmp_path: Path) -> None:
     assert process.returncode == 143
     assert "the same command continues" in errors
     assert pq.read_table(out / RESULTS).num_rows > 0
+    page = (out / PAGE).read_text()
+    assert "As of" in page  # and not "Running", which would load itself for ever
+    assert 'http-equiv="refresh"' not in page
 
 
 def cells(folder: Path, text: str) -> list[Cell]:
