@@ -123,7 +123,10 @@ def _bars(
     bars = []
     for number, level in enumerate(settings.lights):
         levels = lights[number].levels if number < len(lights) else None
-        top = (levels - 1 if levels > 1 else 1) if levels is not None else max(1.0, seen)
+        if levels == 1:  # it cannot be switched
+            bars.append(LightBar(_light_name(number, lights), "on", 1, 1, 1.0))
+            continue
+        top = levels - 1 if levels is not None else max(1.0, seen)
         text = f"{level:g}/{top:g}" if levels is not None else f"{level:g}"
         segments = int(top) if top <= MOST_SEGMENTS and level == int(level) else 0
         share = min(1.0, max(0.0, level / top))

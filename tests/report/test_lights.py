@@ -29,6 +29,8 @@ def test_each_light_is_at_its_place_and_as_bright_as_it_was() -> None:
     assert right[0] == 0 and right[1] < 0
     assert lamp[0] > 0 and lamp[1] > 0
     assert "<title>left: 7 of 7</title>" in svg
+    bars = _bars(SettingsRecord(lights=[7, 0, 0]), PLACED, [])
+    assert [(bar.text, bar.share) for bar in bars] == [("7/7", 1.0), ("0/7", 0.0), ("on", 1.0)]
 
 
 def test_nothing_leaves_the_frame() -> None:
