@@ -11,12 +11,14 @@ from typing import Any
 
 import numpy as np
 from jinja2 import Environment, FileSystemLoader, Template
+from markupsafe import Markup
 
 from bridge.errors import DeviceError
 from bridge.whole_file import replaced
 from experiments.comparison import Grid, differences_grid, head, strategies_grid
 from experiments.outcomes import Outcomes, outcomes_of
 from experiments.table import read_description, read_rows
+from experiments.version import ROOT
 
 PAGE = "results.html"
 REFRESH_S = 10  # of a page of an experiment that runs
@@ -42,6 +44,7 @@ def write_page(folder: Path, running: bool) -> Path:
     if table.num_rows:
         grids = [strategies_grid(outcomes), differences_grid(outcomes)]
     text = _template().render(
+        colours=Markup((ROOT / "report" / "colours.css").read_text(encoding="utf-8")),  # as of a report
         title=f"Experiment {description['plan']}",
         head=head(description, table.num_rows),
         when=time.strftime("%Y-%m-%d %H:%M:%S"),

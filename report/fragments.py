@@ -45,14 +45,19 @@ def environment() -> Environment:
     )
 
 
+def style(*more: str) -> Markup:
+    """The style sheet of a page: colours, what all pages have, and more files of this folder."""
+    files = (HERE / name for name in ("colours.css", "style.css", *more))
+    return Markup("".join(file.read_text(encoding="utf-8") for file in files))
+
+
 def live_page(token: str) -> str:
     """The page into which the parts are put."""
     return (
         environment()
         .get_template("live.html.j2")
         .render(
-            style=Markup((HERE / "style.css").read_text(encoding="utf-8")),
-            more_style=Markup((HERE / "live.css").read_text(encoding="utf-8")),
+            style=style("live.css"),
             script=Markup((HERE / "live.js").read_text(encoding="utf-8")),
             token=token,
         )

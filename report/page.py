@@ -18,7 +18,7 @@ from report import words
 from report.approach import strip_of
 from report.figures import approach_figure, session_figures, time_figure, was_kept
 from report.following import Journal, ReasonRecord, Told
-from report.fragments import environment, short
+from report.fragments import environment, short, style
 from report.overlay import is_small
 from report.pictures import data_uri, legibility, read_picture, write_overlay
 from report.scene import Scene, known_lights, read_scene
@@ -28,7 +28,6 @@ from report.uncertainty import uncertainty_of
 from report.verdict import HOLD_PASSED, range_of, verdict_of
 
 Reasons = dict[str, tuple[ReasonRecord, ReasonRecord]]
-TEMPLATES = Path(__file__).resolve().parent
 CLOSE_UP_PX = 30  # width of an enlarged corner, in pixels of the image
 FILES = ("result.json", "history.pl")
 
@@ -96,7 +95,7 @@ def render(folder: Path, result: Result, asked: Future[Told]) -> str:
         environment()
         .get_template("page.html.j2")
         .render(
-            style=Markup((TEMPLATES / "style.css").read_text(encoding="utf-8")),
+            style=style(),
             version=__version__,
             result=result,
             verdict=verdict,

@@ -11,8 +11,6 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from markupsafe import Markup
-
 from bridge.command_line import counted
 from bridge.errors import BadInput
 from bridge.result_file import Result, StepRecord, read_result
@@ -194,7 +192,7 @@ def write_what_if(done: WhatIf) -> Path:
     ------
     BadInput : it cannot be written.
     """
-    from report.fragments import HERE, environment
+    from report.fragments import environment, style
     from report.pictures import data_uri, read_picture
     from report.scene import known_lights, read_scene
     from report.story import step_view
@@ -218,8 +216,7 @@ def write_what_if(done: WhatIf) -> Path:
         environment()
         .get_template("whatif.html.j2")
         .render(
-            style=Markup((HERE / "style.css").read_text(encoding="utf-8")),
-            more_style=Markup((HERE / "live.css").read_text(encoding="utf-8")),
+            style=style("live.css"),
             done=done,
             rows=[
                 (image, [view(side, step) for side, step in enumerate(steps)])
