@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import FramePixels
 from bridge.errors import BadInput
-from bridge.messages import Describe, Settings
+from bridge.messages import Describe, Settings, TargetDescription
 from bridge.whole_file import replaced
 from stack.exposure import FULL_SCALE_16
 from stack.format import STACK_FILE, FrameTable
@@ -41,8 +41,8 @@ def new_folder(folder: Path) -> None:
         ) from None
 
 
-def described(folder: Path, describe: Describe) -> dict[str, Any]:
-    """Camera, lights and target of a stack; the model file is copied into its folder.
+def known_target(describe: Describe) -> TargetDescription:
+    """The target of what a stack can be of.
 
     Raises
     ------
@@ -54,10 +54,26 @@ def described(folder: Path, describe: Describe) -> dict[str, Any]:
         )
     if describe.target is None:
         raise BadInput("A stack needs its target.", "Give --target NAME_OR_FILE.")
-    model = Path(describe.target.model)
+    return describe.target
+
+
+def described(folder: Path, describe: Describe) -> dict[str, Any]:
+    """Camera, lights and target of a stack; the model file is copied into its folder.
+
+    Raises
+    ------
+    BadInput : calibration or target is not known, or the model cannot be copied.
+    """
+    model = Path(known_target(describe).model)
     copy = folder / model.name
-    if not (copy.exists() and copy.samefile(model)):
-        shutil.copyfile(model, copy)
+    try:
+        if not (copy.exists() and copy.samefile(model)):
+            shutil.copyfile(model, copy)
+    except OSError as error:
+        raise BadInput(
+            f"Cannot copy {model} to {copy}: {error.strerror or error}.",
+            "Is there space, and may you write there?",
+        ) from None
     table = msgspec.to_builtins({key: getattr(describe, key) for key in ("camera", "lights", "target")})
     table["camera"] |= {"shutters_s": list(describe.shutters_s), "apertures": list(describe.apertures)}
     table["target"] |= {"model": model.name, "sha256": file_sha256(copy)}

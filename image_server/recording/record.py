@@ -15,7 +15,7 @@ from image_server.recording.linearity import Radiance, linear, measured_ratio, u
 from image_server.serve.device import Device, Frame, checked_settings
 from numerics.arrays import Flags, Floats
 from stack.exposure import WHITE, full_levels, level_fraction, relative_exposure
-from stack.write import new_folder, write_basis, write_frames
+from stack.write import known_target, new_folder, write_basis, write_frames
 
 SATURATED = 254  # one below white, for noise
 LARGEST_NONLINEARITY = 0.1
@@ -75,10 +75,12 @@ def record_frames(
 
     Raises
     ------
-    BadInput : settings that the device does not offer, or a folder that cannot be used.
+    BadInput : before anything is taken: settings that the device does not offer, no calibration or target,
+        a folder that cannot be used.
     DeviceError : the device failed; nothing is written then.
     """
     camera = _Camera(device, progress)
+    known_target(camera.describe)
     asked = [checked_settings(camera.describe, one) for one in settings]
     with _stack_in(folder):
         taken = [camera.capture(one) for one in asked for _ in range(repeat)]
@@ -102,12 +104,12 @@ def record_basis(
 
     Raises
     ------
-    BadInput : no lights, or a camera or light that is not linear; the message says which.
+    BadInput : no lights, calibration or target, or a camera or light that is not linear; the message says
+        which.
     """
     camera = _Camera(device, progress)
     describe = camera.describe
-    if describe.camera is None:
-        raise BadInput("A stack needs the camera's calibration.", "Give --camera-model TOML.")
+    known_target(describe)
     if not describe.lights:
         raise BadInput(f"The {describe.device} has no lights to record.", "Record frames instead.")
     at = checked_settings(describe, at)

@@ -17,6 +17,7 @@ from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.simulator import Simulator
 from stack.read import BasisStack, load_stack
+from stack.write import described
 from tests.commands import command, process
 
 pytestmark = pytest.mark.slow
@@ -185,6 +186,30 @@ def test_bad_input_is_refused(tmp_path: Path, arguments: list[str], message: str
     assert done.returncode == 2
     assert message in done.stderr
     assert not (tmp_path / "stack").exists()
+
+
+@pytest.mark.parametrize(
+    ("unknown", "said"), [("camera", "needs the camera's calibration"), ("target", "needs its target")]
+)
+def test_what_no_stack_can_be_of_is_refused_before_anything_is_taken(
+    simulator: Simulator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, unknown: str, said: str
+) -> None:
+    """It was told when all frames had been taken, which were lost then."""
+    describe = msgspec.structs.replace(simulator.describe(), **{unknown: None})
+    monkeypatch.setattr(simulator, "describe", lambda: describe)
+    told: list[str] = []
+    with pytest.raises(BadInput, match=said):
+        record_frames(simulator, tmp_path / "f", SETTINGS, 1, told.append)
+    with pytest.raises(BadInput, match=said):
+        record_basis(simulator, tmp_path / "b", SETTINGS[0], 1, 0.0, told.append)
+    assert told == []
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_model_that_cannot_be_copied_is_told(simulator: Simulator, tmp_path: Path) -> None:
+    (tmp_path / "cube.cao").mkdir()
+    with pytest.raises(BadInput, match=r"Cannot copy .*cube.cao to .*: Is a directory"):
+        described(tmp_path, simulator.describe())
 
 
 def test_a_camera_that_fails_leaves_no_empty_folder(
