@@ -49,7 +49,7 @@ def decoded(line: bytes) -> tuple[int, str]:
     """
     body, star, check = line.strip().decode("ascii", "replace").rpartition("*")
     number, _, words = body.partition(" ")
-    if not star or not number.isdecimal() or check != f"{_check(body):02X}":
+    if not star or len(line) > MOST_LINE or not number.isdecimal() or check != f"{_check(body):02X}":
         raise GarbledLineError(repr(line))
     return int(number), words
 

@@ -59,6 +59,12 @@ def test_a_line_comes_back_as_it_went(number: int, words: str) -> None:
     assert decoded(encoded(number, words)) == (number, words)
 
 
+def test_a_number_that_is_too_long_for_one_is_a_garbled_line() -> None:
+    """An even count of ones: the check is that of the blank. It ended the thread that watches the lights."""
+    with pytest.raises(GarbledLineError):
+        decoded(b"1" * 5000 + b" *20\n")
+
+
 @given(st.integers(0, 20), st.integers(1, 255))
 def test_a_flipped_byte_is_noticed(position: int, flip: int) -> None:
     line = bytearray(encoded(17, "SET 0 128 255 7 9"))
