@@ -9,6 +9,7 @@ import numpy as np
 
 from geometry.errors import GeometryError
 from geometry.gltf import FilesBeside, must_be_plain
+from geometry.junctions import cut_at_junctions
 from geometry.obj_polygons import NO_SUCH_POINT, cut_polygons
 from geometry.ply import must_be_few, read_ply
 from geometry.stl import checked_stl
@@ -18,7 +19,9 @@ from numerics.arrays import Floats, Ints
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
 SHARP_DEG = 30.0  # edges bent by more are lines (by hand): by less, facets of curves are; by more, no bevels
 ONE_CORNER_SHARE = 1e-6  # of the diameter: facets that meet are written with their own rounding
+COARSEST_SHARE = 1e-2  # at most: beyond, as of small parts far from their origin, it is another part
 WELDED_SHARE = 1e-4  # likewise, of a mesh most of whose facets share no corner: no two lines are told apart
+ON_SIDE_SHARE = 1e-5  # likewise, of a corner on a side of another facet: three decimals of mm, of 0.1 m
 MOST_TRIANGLES = 80_000  # 65 000 are read in 0.5 s of processor time; what finer facets add is under a pixel
 MOST_READ = 1_500_000  # of a closed mesh, which is made coarser: 1.3 million in 13 s and 1.7 GB
 FARTHEST = 1e10  # in the file's unit, from its origin: ten thousand kilometres in millimetres
@@ -69,6 +72,9 @@ def read_mesh(path: Path) -> Surface:
         mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
         vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
+        if len(faces):
+            size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+            faces = cut_at_junctions(vertices, faces, ON_SIDE_SHARE * size)
         if len(faces) > MOST_TRIANGLES:
             vertices, faces = _fewer(vertices, faces)
     except FileNotFoundError as error:  # the .bin of a .gltf
@@ -131,9 +137,19 @@ def _fewer(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
 
 
 def _snapped(vertices: Floats) -> Floats:
-    """Vertices (V, 3) of which those at nearly one place are at just one."""
+    """Vertices (V, 3) of which those at nearly one place are at just one.
+
+    Raises
+    ------
+    GeometryError : it is so far from its origin that this would change it.
+    """
     size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
     apart = max(ONE_CORNER_SHARE * size, 4.0 * float(np.spacing(np.float32(np.abs(vertices).max()))))
+    if apart > COARSEST_SHARE * size > 0.0:
+        raise GeometryError(
+            f"it is {size:.3g} across, and so far from its origin that numbers of 32 bits say its points to "
+            f"{0.25 * apart:.3g} only. Move it to the origin, and export it again"
+        )
     place = np.zeros(len(vertices), dtype=np.int64)
     for values in vertices.T:
         order = np.argsort(values, kind="stable")

@@ -130,6 +130,35 @@ def test_an_obj_file_may_begin_with_a_byte_order_mark(tmp_path: Path) -> None:
     assert len(load_model(tmp_path / "box.obj").lines) == 12
 
 
+def test_facets_that_are_cut_finer_than_their_neighbours_leave_the_surface_closed(tmp_path: Path) -> None:
+    box = trimesh.creation.box((0.1, 0.08, 0.06))
+    box.subdivide(np.arange(0, 12, 3)).export(tmp_path / "box.stl")
+    model = load_model(tmp_path / "box.stl")
+    assert not model.two_sided.any()
+    assert np.linalg.norm(np.diff(model.vertices[model.lines], axis=1), axis=2).sum() == pytest.approx(0.96)
+
+
+@pytest.mark.parametrize("kind", ["obj", "ply"])
+def test_a_corner_on_a_straight_side_is_of_both_faces_beside_it(tmp_path: Path, kind: str) -> None:
+    """A fan of such a face has a facet without area, as have those of programs that close meshes."""
+    around = np.array([(0.0, 0.0), (0.04, 0.0), (0.08, 0.0), (0.08, 0.06), (0.0, 0.06)])
+    points = np.vstack([np.column_stack([around, np.full(5, height)]) for height in (0.0, 0.01)])
+    faces = [[4, 3, 2, 1, 0], [5, 6, 7, 8, 9], *([i, (i + 1) % 5, (i + 1) % 5 + 5, i + 5] for i in range(5))]
+    file = tmp_path / f"plate.{kind}"
+    if kind == "obj":
+        rows = [f"v {x} {y} {z}" for x, y, z in points]
+        rows += ["f " + " ".join(str(k + 1) for k in face) for face in faces]
+    else:
+        rows = ["ply", "format ascii 1.0", "element vertex 10", *(f"property float {axis}" for axis in "xyz")]
+        rows += ["element face 7", "property list uchar int vertex_indices", "end_header"]
+        rows += [f"{x} {y} {z}" for x, y, z in points]
+        rows += [" ".join(map(str, [len(face), *face])) for face in faces]
+    file.write_text("\n".join(rows) + "\n")
+    model = load_model(file)
+    assert not model.two_sided.any()
+    assert np.linalg.norm(np.diff(model.vertices[model.lines], axis=1), axis=2).sum() == pytest.approx(0.6)
+
+
 def test_a_mesh_with_a_hole_or_wound_at_random_has_its_lines(tmp_path: Path) -> None:
     box = trimesh.creation.box((0.1, 0.08, 0.06))
     turned = box.faces.copy()
@@ -160,3 +189,11 @@ def test_a_size_that_no_camera_sees_asks_for_the_unit(tmp_path: Path, scale: flo
     box.export(tmp_path / "box.stl")
     with pytest.raises(GeometryError, match=said + ".*unit 'm'"):
         load_model(tmp_path / "box.stl")
+
+
+def test_a_small_part_far_from_its_origin_is_not_taken_for_another_one(tmp_path: Path) -> None:
+    box = trimesh.creation.box((100.0, 80.0, 60.0))
+    box.apply_translation([1e7, 0.0, 0.0])
+    box.export(tmp_path / "far.stl")
+    with pytest.raises(GeometryError, match=r"far from its origin .* to 1 only\. Move"):
+        load_model(tmp_path / "far.stl", "mm")
