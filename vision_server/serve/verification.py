@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from bridge.errors import BadInput
@@ -162,11 +163,24 @@ def _differences(stated: Result, found: Estimate) -> list[str]:
         said, value = getattr(stated, name), told[name]
         if said is None or value is None or not math.isclose(said, value, rel_tol=SAME, abs_tol=SAME):
             out.append(f"{name} is {value}, stated is {said}")
+    others = {"poses": msgspec.to_builtins(stated.poses), "free": stated.free}
+    if any(others.values()):  # of a session without a seed pose, mostly
+        differ = [name for name, said in others.items() if not _alike(said or [], told.get(name, []))]
+        out += [f"{name} are others than stated" for name in differ]
     if stated.merit_px is not None and stated.score is not None:
         merit_px = MERIT_PX * (1.0 - stated.score)
         if not math.isclose(stated.merit_px, merit_px, rel_tol=SAME, abs_tol=SAME):
             out.append(f"merit_px is {merit_px:g} by the stated score, stated is {stated.merit_px:g}")
     return out
+
+
+def _alike(one: Any, other: Any) -> bool:
+    """Whether two JSON values are the same but for the last places of their numbers."""
+    if isinstance(one, dict) and isinstance(other, dict):
+        return one.keys() == other.keys() and all(_alike(one[key], other[key]) for key in one)
+    if isinstance(one, list | tuple) and isinstance(other, list | tuple):
+        return len(one) == len(other) and all(map(_alike, one, other))
+    return bool(one == other or math.isclose(one, other, rel_tol=SAME, abs_tol=SAME))
 
 
 def _same_matrix(one: Any, other: Any) -> bool:

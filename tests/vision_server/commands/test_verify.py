@@ -99,6 +99,15 @@ def test_a_merit_that_is_not_of_the_score_is_told(copy: Path) -> None:
     assert "by the stated score, stated is 0.5." in done.stdout
 
 
+@pytest.mark.parametrize("name", ["poses", "free"])
+def test_other_poses_and_free_turns_that_the_images_do_not_show_are_told(copy: Path, name: str) -> None:
+    pose = json.loads((copy / "result.json").read_text())["pose"]
+    changed(copy, **{name: {"poses": [{"pose": pose, "probability": 0.5}], "free": [[0.0, 0.0, 1.0]]}[name]})
+    done = verify(copy)
+    assert done.returncode == 1
+    assert f"Differs: {name} are others than stated." in done.stdout
+
+
 def test_a_covariance_that_is_none_differs_without_more_words(copy: Path) -> None:
     covariance = json.loads((copy / "result.json").read_text())["covariance"]
     covariance[0][0] = -1.0
