@@ -12,7 +12,7 @@ from geometry.gltf import FilesBeside, must_be_plain
 from geometry.junctions import cut_at_junctions
 from geometry.obj_polygons import NO_SUCH_POINT, cut_polygons
 from geometry.ply import must_be_few, read_ply
-from geometry.stl import checked_stl
+from geometry.stl import checked_stl, wrong_in_text
 from geometry.surface import Surface
 from numerics.arrays import Floats, Ints
 
@@ -46,8 +46,7 @@ def read_mesh(path: Path) -> Surface:
         elif path.suffix.lower() == ".ply":
             mesh = trimesh.Trimesh(*read_ply(path, MOST_READ), process=False)
         elif path.suffix.lower() == ".stl":
-            content = checked_stl(path.read_bytes())
-            mesh = trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
+            mesh = _read_stl(path)
         else:
             content = path.read_bytes().removeprefix(codecs.BOM_UTF8)
             must_be_plain(content)
@@ -98,6 +97,17 @@ def _read_obj(path: Path) -> Any:
         raise GeometryError(NO_SUCH_POINT) from error
     except ValueError as error:
         raise GeometryError("its points and faces are not all numbers") from error
+
+
+def _read_stl(path: Path) -> Any:
+    """The mesh of an STL file, or what trimesh makes of several."""
+    import trimesh
+
+    content = checked_stl(path.read_bytes())
+    try:
+        return trimesh.load_mesh(io.BytesIO(content), file_type="stl", process=False)
+    except ValueError as error:
+        raise GeometryError(wrong_in_text(content)) from error
 
 
 def surface_of_triangles(vertices: Floats, triangles: Ints) -> Surface:

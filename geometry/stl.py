@@ -11,6 +11,8 @@ from geometry.errors import GeometryError
 HEADER, TRIANGLE = 84, 50  # bytes of a binary file: its head with the count, and each triangle
 STEP = b"ISO-10303-21"  # what such a file begins with
 SOLID = re.compile(rb"solid\b.*")  # or the end of `endsolid`, and a name
+CORNER = re.compile(rb"\bvertex\b[^\n]*")
+NUMBERS = re.compile(rb"vertex(\s+[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?){3}\s*")  # a decimal comma makes none
 
 
 def checked_stl(content: bytes) -> bytes:
@@ -63,3 +65,12 @@ def _whole_text(content: bytes) -> bytes:
     if ends != [False, True] * max(len(ends) // 2, 1):
         raise GeometryError("it was cut short, or is no STL file: a `solid` of its text has no `endsolid`")
     return SOLID.sub(b"solid", text)
+
+
+def wrong_in_text(content: bytes) -> str:
+    """What is wrong with the text of `checked_stl` whose facets are not of three corners of three numbers."""
+    for row in CORNER.finditer(content):
+        if not NUMBERS.fullmatch(row[0]):
+            said = row[0].strip().decode("ascii", "replace")
+            return f"its row {said!r} is not of three numbers with decimal points"
+    return "a facet of its text has not three rows `vertex X Y Z`"

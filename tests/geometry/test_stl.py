@@ -1,5 +1,6 @@
 """STL files are read, binary or text, whatever their heads and names say; what is cut short says so."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -80,4 +81,20 @@ def test_a_text_that_is_cut_short_says_so(tmp_path: Path, content: str) -> None:
     """It had no faces, or was read without those of its last solid."""
     (tmp_path / "box.stl").write_text(content)
     with pytest.raises(GeometryError, match="cut short, or is no STL file: a `solid` of its text has no"):
+        load_model(tmp_path / "box.stl")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (r"(\d)\.(\d)", r"\1,\2", r"its row 'vertex -?0,05 -?0,04 -?0,03' is not of three numbers with dec"),
+        (r"vertex (\S+) (\S+) (\S+)", r"vertex \1 \2", r"its row 'vertex \S+ \S+' is not of three numbers"),
+        ("vertex", "point", "a facet of its text has not three rows `vertex X Y Z`"),
+    ],
+)
+def test_a_text_whose_corners_are_no_numbers_says_which(
+    tmp_path: Path, old: str, new: str, said: str
+) -> None:
+    (tmp_path / "box.stl").write_text(re.sub(old, new, TEXT, count=0 if "," in new else 1))
+    with pytest.raises(GeometryError, match=said):
         load_model(tmp_path / "box.stl")
