@@ -20,6 +20,7 @@ COEFFICIENTS = ("distortion_coefficients", "Distortion_Coefficients", "distCoeff
 WIDTHS, HEIGHTS = ("image_width", "image_Width"), ("image_height", "image_Height")
 FISHEYES = ("equidistant", "fisheye", "kannala_brandt")  # ROS and Kalibr name one model so
 PINHOLES = ("plumb_bob", "rational_polynomial", "radtan", "none", "thin_prism")
+MOST_SKEW = 1e-5  # of fx, which is 0.01 px at the edge of a frame of 2000; more is no rounding
 TILTED = 14  # coefficients of OpenCV's largest model, of which the last two tilt the sensor
 HINT = "Write a TOML file with [camera] instead: width, height, fx, fy, cx, cy, distortion."
 
@@ -77,6 +78,11 @@ def _table(
 
 def _of_matrix(size: Sequence[Any], matrix: Any, lens: str, k: Any) -> dict[str, Any]:
     found = np.asarray(matrix, dtype=np.float64).reshape(3, 3)
+    rest = found - [[found[0, 0], 0.0, found[0, 2]], [0.0, found[1, 1], found[1, 2]], [0.0, 0.0, 1.0]]
+    if not np.abs(rest).max() <= MOST_SKEW * abs(found[0, 0]):
+        raise ValueError(
+            "its camera matrix is not fx 0 cx, 0 fy cy, 0 0 1: one with a skew is not known here"
+        )
     return _table(size, (found[0, 0], found[1, 1]), (found[0, 2], found[1, 2]), lens, k)
 
 

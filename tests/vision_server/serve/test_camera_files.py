@@ -19,6 +19,7 @@ MATRIX = np.array([[700.0, 0.0, 321.5], [0.0, 690.0, 238.0], [0.0, 0.0, 1.0]])
 PINHOLE = (-0.25, 0.08, 0.001, -0.002, 0.01)
 RATIONAL = (0.1, 0.05, 0.001, -0.002, 0.01, 0.3, -0.02, 0.004)
 PRISM = (*RATIONAL, 0.002, -0.001, 0.0015, 0.0005)
+SKEW = np.array([[0.0, 5.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
 FISHEYE = (0.05, -0.01, 0.004, -0.001)
 
 
@@ -37,7 +38,7 @@ def opencv_file(path: Path, coefficients: tuple[float, ...], **more: int) -> Pat
     return path
 
 
-def ros_file(path: Path, model: str, coefficients: tuple[float, ...]) -> Path:
+def ros_file(path: Path, model: str, coefficients: tuple[float, ...], matrix: np.ndarray = MATRIX) -> Path:
     path.write_text(
         f"""image_width: 640
 image_height: 480
@@ -45,7 +46,7 @@ camera_name: head
 camera_matrix:
   rows: 3
   cols: 3
-  data: {MATRIX.ravel().tolist()}
+  data: {matrix.ravel().tolist()}
 distortion_model: {model}
 distortion_coefficients:
   rows: 1
@@ -135,6 +136,11 @@ def test_each_file_projects_as_its_program_does(
         (lambda path: opencv_file(path, (*PRISM, 0.01, 0.0)), "sensor is tilted"),
         (lambda path: kalibr_file(path, "fov", (0.9,)), "distortion_model is fov"),
         (lambda path: kalibr_file(path, "none", (), "omni"), "camera_model is omni"),
+        (
+            lambda path: ros_file(path, "plumb_bob", PINHOLE, MATRIX.T),
+            "matrix is not fx 0 cx, 0 fy cy, 0 0 1",
+        ),
+        (lambda path: ros_file(path, "plumb_bob", PINHOLE, MATRIX + SKEW), "one with a skew is not known"),
         (lambda path: path.write_text("a: [1, 2"), "no camera file"),
         (lambda path: path.write_text("%YAML:1.0\n---\nimage_width: 640\n"), "no camera_matrix"),
         (lambda path: path.write_text("%YAML:1.0\n---\ncamera_matrix: 3\n"), "something in it is no matrix"),
