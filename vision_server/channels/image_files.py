@@ -96,8 +96,8 @@ def _decoded(path: Path) -> NDArray[Any]:
         reason = error.strerror or str(error)
         raise BadInput(f"Cannot read image {path}: {reason}.", "Check the path.") from error
     _check_size(path, content)
-    # what it warns of, a broken file, is said here
-    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_ERROR)
+    # what it tells of, a broken file, is said here
+    cv2.utils.logging.setLogLevel(cv2.utils.logging.LOG_LEVEL_SILENT)
     try:
         pixels = cv2.imdecode(content, cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR) if content.size else None
     except cv2.error as error:  # of a size that OpenCV itself refuses

@@ -47,6 +47,19 @@ def test_missing_and_broken_files_are_named(tmp_path: Path) -> None:
             read_grey(tmp_path / "float.tiff")
 
 
+@pytest.mark.parametrize("kind", ["bmp", "pgm", "tiff"])
+def test_of_a_file_that_is_cut_short_a_library_says_nothing(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str], kind: str
+) -> None:
+    file = tmp_path / f"short.{kind}"
+    pixels = np.random.default_rng(0).integers(0, 256, (100, 100), np.uint8)
+    content = cv2.imencode(f".{kind}", pixels)[1].tobytes()
+    file.write_bytes(content[: len(content) // 2])
+    with pytest.raises(BadInput, match=rf"short\.{kind} is not an image that can be read"):
+        read_grey(file)
+    assert capfd.readouterr().err == ""
+
+
 def test_a_huge_image_is_refused_by_its_header(tmp_path: Path) -> None:
     """Memory is measured by what numpy and OpenCV are asked for: the file itself has a few bytes."""
     header = struct.pack(">IIBBBBB", 40_000, 40_000, 8, 0, 0, 0, 0)
