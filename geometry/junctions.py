@@ -43,12 +43,12 @@ def cut_at_junctions(vertices: Floats, triangles: Ints, reach: float) -> Ints:
 
 def _on_sides(vertices: Floats, triangles: Ints, reach: float) -> Iterator[tuple[Ints, Ints, Floats, Ints]]:
     """Facets, which of their sides, how far along it, and the corner that lies there, (N,) each."""
-    from scipy.spatial import cKDTree
-
     edges = edges_of(list(triangles))
     loose = edges.sharers == 1
     if not loose.any():
         return
+    from scipy.spatial import cKDTree  # closed meshes do without
+
     owner = edges.face[edges.begin[loose]]
     ends = np.where(edges.up[edges.begin[loose], None], edges.ends[loose], edges.ends[loose][:, ::-1])
     corners, start = np.unique(ends), vertices[ends[:, 0]]
