@@ -234,7 +234,9 @@ def run_scene(
                 right, tight, error = judged(scene, found.pose)
                 told: dict[str, Any] = {"normalised": None}
                 if right and found.pose is not None and not scene.tracked:
-                    told["normalised"] = normalised_error_squared(found.pose, found.covariance, scene.true[0])
+                    told["normalised"] = normalised_error_squared(
+                        found.pose, judgement.stated(found).covariance, scene.true[0]
+                    )
                 out.append(
                     {"row": row, "group": scene.group, "scene": scene.name, "trial": (index, number)}
                     | {"right": right, "tight": tight, "error": error, "seconds": seconds}

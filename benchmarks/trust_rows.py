@@ -28,7 +28,7 @@ from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.simulator import Simulator
 from vision_server.matching import SearchRange
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.trust.judgement import Estimate
+from vision_server.trust.judgement import Estimate, stated
 from vision_server.trust.stretch import stretched
 
 Row = dict[str, Any]
@@ -191,7 +191,7 @@ def row_of(studio: Studio, found: Estimate) -> Row:
         "surely_wrong": bool(doubt and doubt.suspected), "score": found.score,
         "agreeing": settled.share, "scatter": settled.scatter, "astray": settled.astray,
         "contested": settled.contested,
-        "normalised": normalised_error_squared(found.pose, found.covariance, studio.true),
+        "normalised": normalised_error_squared(found.pose, stated(found).covariance, studio.true),
     }  # fmt: skip
 
 

@@ -52,6 +52,7 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
     from vision_server.pipeline import PipelineSettings, estimate_pose
     from vision_server.serve.inputs import read_camera_file, read_model, told_raw
     from vision_server.serve.results import estimate_result
+    from vision_server.trust.judgement import stated
 
     _check_use(options)
     check_outputs(options, ["images", "model", "camera", "seed_pose"], ["overlay"])
@@ -74,7 +75,7 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
             rotation_range_deg=reach.rotation_deg,
             translation_range_px=reach.translation_px,
         )
-        estimate = estimate_pose(image_set, list(files), model, seen, start, settings)
+        estimate = stated(estimate_pose(image_set, list(files), model, seen, start, settings))
     except GeometryError as error:
         raise BadInput(str(error)) from error
     _say_why(options, estimate, model, camera, start, reach)

@@ -26,7 +26,7 @@ from vision_server.serve import parameters
 from vision_server.serve.inputs import checked_tolerance
 from vision_server.serve.recorder import Recorder
 from vision_server.serve.statistics import frame_statistics, lit_region, target_region
-from vision_server.trust.judgement import Estimate
+from vision_server.trust.judgement import Estimate, stated
 
 if TYPE_CHECKING:
     from vision_server.tracking.tracker import Tracker
@@ -197,10 +197,10 @@ class PoseTask:
         if key not in self._known:
             try:
                 images, named = self._fused(key) if self.settings.fusion else (self.images, key)
-                found = estimate_pose(
+                found = stated(estimate_pose(
                     images, named, self.model, self.camera, self.seed_pose, self.settings,
                     lambda edges: self._show(key[-1], edges),
-                )  # fmt: skip
+                ))  # fmt: skip
             except GeometryError as error:
                 raise BadInput(str(error)) from error
             self._known[key] = found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
@@ -31,6 +32,7 @@ from vision_server.trust.stretch import misfit
 from vision_server.trust.support import LineSupport, PoseSupport, support_at
 
 LEAST_BY_LINES = 0.02  # belief in a pose by its lines; of those that had less, one in a hundred was right
+LEAST_STATED = 0.02  # what a score counts as, at least, in the spread that is stated; by hand
 
 
 @dataclass(frozen=True, eq=False)
@@ -140,6 +142,19 @@ def of_all_lines(estimate: Estimate, problem: PoseProblem, spacing_px: float) ->
         rms_px=support.rms_px,
         supported_fraction=support.supported_fraction,
     )
+
+
+def stated(found: Estimate) -> Estimate:
+    """The estimate, of a spread as it is stated: its variance over the score.
+
+    The fit's own knows nothing of what speaks against the pose: where it is doubted and nevertheless right,
+    some of its lines are on other edges than it takes them for.
+    """
+    if found.covariance is None or found.uncertainty is None:
+        return found
+    wider = 1.0 / max(found.score, LEAST_STATED)
+    spread = found.uncertainty * math.sqrt(wider)
+    return replace(found, covariance=wider * found.covariance, uncertainty=spread)
 
 
 def about_origin(found: Estimate, middle_from_origin: Pose) -> Estimate:

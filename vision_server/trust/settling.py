@@ -141,6 +141,8 @@ def settled(best: Refined) -> Settled | None:
     place = held.place - held.motion[:, :, fixed:] @ step[fixed:]
     held = held._replace(place=place, motion=held.motion[:, :, :fixed])
     wide = with_tails(factor * spread[:6, :6], limits_of(pose), held, step[:fixed], factor)
+    if is_stretched(spread):
+        wide += factor * (of_true_range(pose, problem.model, step, spread) - spread[:6, :6])
     covariance = about_camera(wide, seen.centre)
     best = replace(best, solution=replace(best.solution, pose=of_true_axes(pose, problem.model, step)))
     return Settled(best, covariance, LineAgreement(_agreeing(courses, squares, visible), scatter))
@@ -167,9 +169,30 @@ def of_true_axes(pose: Pose, model: Model, step: Floats) -> Pose:
     A scale of all axes is the same as another range. In ``step`` the scales have a mean of none, by which all
     would share what one axis is too long. Where one alone is off, the other two tell the range.
     """
-    nearer = math.exp(-float(np.median(AXES_OF_BETWEEN @ step[STRETCH])))
+    nearer = math.exp(-float(_true_axis(step) @ step[STRETCH]))
     middle = pose.apply(model.middle[None])[0]
     return Pose(pose.rotation_vector, pose.translation + (nearer - 1.0) * middle)
+
+
+def of_true_range(pose: Pose, model: Model, step: Floats, spread: Floats) -> Floats:
+    """The covariance (6, 6) of a step to `of_true_axes`, from that of unknowns (K, K).
+
+    The range there is as uncertain as is the scale of the axis that it is told by.
+    """
+    to_range = np.eye(6, len(spread))
+    to_range[3:, STRETCH] = -np.outer(pose.apply(model.middle[None])[0], _true_axis(step))
+    return np.asarray(to_range @ spread @ to_range.T)
+
+
+def _true_axis(step: Floats) -> Floats:
+    """What makes of the stretches (2,) in unknowns (K,) the scale of the axis that is nearest the model's."""
+    axes = AXES_OF_BETWEEN @ step[STRETCH]
+    return np.asarray(AXES_OF_BETWEEN[np.argsort(axes)[1]])
+
+
+def is_stretched(spread: Floats) -> bool:
+    """Whether unknowns of covariance (K, K) are those of a part whose axes may be longer than the model's."""
+    return bool(spread[STRETCH, STRETCH].trace() > 2.0 * UNSTRETCHED_SD**2)
 
 
 def _stretch(step: Floats) -> float:

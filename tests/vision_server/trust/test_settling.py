@@ -13,17 +13,21 @@ from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.pose import profiles
-from vision_server.pose.courses import BLUR, COURSE_PRIOR_SHARE, Courses, courses_of
+from vision_server.pose.courses import BLUR, COURSE_PRIOR_SHARE, ROUNDNESS, Courses, courses_of
 from vision_server.pose.observation import PoseProblem, observe
 from vision_server.pose.sampling import spacing_for
+from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
 from vision_server.trust.ranking import Refined, best_first
 from vision_server.trust.settling import (
     BLUR_PRECISION,
     LEAST_COVARIANCE_FACTOR,
+    STRETCH,
     T_FREEDOM,
     agreed,
     as_seen,
+    of_true_axes,
+    of_true_range,
     scatter_of,
     settled,
 )
@@ -149,6 +153,24 @@ def test_a_part_one_axis_of_which_is_too_long_is_where_the_other_two_have_it(mod
         errors.append((error.rotation_deg, error.translation_fraction_of_range))
     assert np.max(errors, axis=0)[0] < 0.2, errors
     assert np.max(errors, axis=0)[1] < 0.002, errors
+
+
+def test_the_range_of_a_stretched_part_is_as_uncertain_as_the_axis_that_tells_it(model: Model) -> None:
+    """As drawn unknowns make it, each with the pose that they lead to."""
+    random = np.random.default_rng(5)
+    root = random.normal(0.0, 1e-5, (ROUNDNESS + 1, ROUNDNESS + 1))
+    root[STRETCH] *= 10.0
+    step = np.zeros(len(root))
+    step[STRETCH] = 0.004, -0.005
+    ends = [
+        of_true_axes(moved(POSE, one[:6], POSE.translation), model, one).translation
+        for one in step + random.normal(0.0, 1.0, (4000, len(root))) @ root.T
+    ]
+    told = of_true_range(POSE, model, step, root @ root.T)[3:, 3:]
+    spread = np.sqrt(np.diag(told))
+    np.testing.assert_allclose(
+        np.cov(np.array(ends).T) / np.outer(spread, spread), told / np.outer(spread, spread), atol=0.1
+    )
 
 
 def test_the_lines_of_another_part_do_not_agree(model: Model) -> None:
