@@ -63,7 +63,6 @@ def _beside() -> Iterator[None]:
 def warm_up() -> None:
     """Find the pose of a cube in every way there is, and its edges, their kinds, and what has moved."""
     from vision_server.edges.suppression import edge_picture
-    from vision_server.kinds.kinds import edge_kinds
     from vision_server.matching import Anywhere
     from vision_server.pipeline import PipelineSettings, estimate_pose
     from vision_server.prediction.small_pictures import faces_seen
@@ -84,15 +83,13 @@ def warm_up() -> None:
     edge_picture(images.edge_map(["sharp", "bright"]))
     images.moved("bright")
     faces_seen(model, camera, pose)
-    channels = [image.statistics for image in images.images.values()]
-    edge_kinds(channels)
-    assert channels[0].lone_blur_px is not None
+    _find_kinds(model, camera, pose, images)
+    assert images.images["sharp"].statistics.lone_blur_px is not None
 
 
 def refine(parent_pid: int) -> None:
     """Find the kinds of a cube's edges, refine its pose and weigh it anew, while a process lives."""
     from bridge.lifeline import Lifeline
-    from vision_server.kinds.kinds import edge_kinds
     from vision_server.pose.observation import PoseProblem
     from vision_server.trust.likely import last_step
     from vision_server.trust.ranking import best_first
@@ -100,11 +97,29 @@ def refine(parent_pid: int) -> None:
 
     Lifeline(parent_pid).enforce()
     model, camera, pose, images = _photographed_cube()
-    edge_kinds([image.statistics for image in images.images.values()])
+    _find_kinds(model, camera, pose, images)
     problem = PoseProblem.at_scale(images.gradients(["sharp"]), model, camera, 0, 0.01, 0.0)
     for found in best_first(problem, [pose]):
         last_step(found)
         evidence_apart(found.support, found.support)
+
+
+def _find_kinds(model: Model, camera: Camera, pose: Pose, images: ImageSet) -> None:
+    """The kinds of edges of images, and of a cube in a sun and under lamps: where these are told, and not."""
+    import numpy as np
+
+    from vision_server.image_set import ImageSet
+    from vision_server.kinds.kinds import edge_kinds
+
+    under = ImageSet(camera.width, camera.height)
+    lamps = [drawn(model, camera, pose, 0.7, turn, ground=2) for turn in (0, 2, 4)]
+    for number, picture in enumerate([*lamps, np.minimum.reduce(lamps)]):
+        under.add(str(number), picture, 1.0, 1.0)
+    channels = [image.statistics for image in under.images.values()]
+    edge_kinds([image.statistics for image in images.images.values()])
+    edge_kinds(channels[:-1])
+    for levels in (None, np.eye(4), np.eye(4, 3)):
+        edge_kinds(channels, levels)
 
 
 def _photographed_cube() -> tuple[Model, Camera, Pose, ImageSet]:
@@ -133,19 +148,22 @@ def _photographed_cube() -> tuple[Model, Camera, Pose, ImageSet]:
 
 
 def drawn(
-    model: Model, camera: Camera, pose: Pose, sigma_px: float
+    model: Model, camera: Camera, pose: Pose, sigma_px: float, turn: int = 0, ground: int = 20
 ) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
-    """A plain picture of a convex model, uint8 (H, W): each face that looks at the camera in one grey."""
+    """A plain picture of a convex model, uint8 (H, W): each face that looks at the camera in one grey.
+
+    Another ``turn`` gives the faces each other's greys.
+    """
     import cv2
     import numpy as np
 
-    picture = np.full((camera.height, camera.width), 20, dtype=np.uint8)
+    picture = np.full((camera.height, camera.width), ground, dtype=np.uint8)
     points = pose.apply(model.vertices)
     normals = model.face_normals @ pose.matrix.T
     pixels = camera.project(points)
     for index, face in enumerate(model.faces):
         if normals[index] @ points[face[0]] < 0.0:
-            grey = 80 + 140 * index // max(1, len(model.faces) - 1)
+            grey = 80 + 140 * ((index + turn) % len(model.faces)) // max(1, len(model.faces) - 1)
             cv2.fillConvexPoly(picture, np.round(pixels[face] * 16).astype(np.int32), grey, cv2.LINE_AA, 4)
     blurred = cv2.GaussianBlur(picture, (0, 0), sigma_px)
     return np.asarray(blurred, dtype=np.uint8)

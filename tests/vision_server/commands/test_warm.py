@@ -1,4 +1,4 @@
-"""`python -m vision_server warm`: what it starts ends with it."""
+"""`python -m vision_server warm`: it calls every kernel, and what it starts ends with it."""
 
 import os
 import select
@@ -15,10 +15,35 @@ from numerics.two_cores import cores
 pytestmark = pytest.mark.slow
 
 DEADLINE_S = 60.0
+NEVER_CALLED = """
+import os, sys
+from numba.core.dispatcher import Dispatcher
+from vision_server.commands.warm import refine, warm_up
+warm_up()
+refine(os.getppid())
+kernels = {
+    kernel: word
+    for name, module in list(sys.modules.items())
+    for word, kernel in vars(module).items()
+    if isinstance(kernel, Dispatcher) and kernel.__module__ == name and "numba" not in name
+}
+by_others = {name for kernel in kernels for name in kernel.py_func.__code__.co_names}
+never = [word for kernel, word in kernels.items() if not kernel.signatures and word not in by_others]
+print(len(kernels), *never)
+"""
 
 
 def children(pid: int) -> list[int]:
     return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+
+
+def test_it_calls_every_kernel_that_no_other_one_calls(root: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", NEVER_CALLED], cwd=root, capture_output=True, text=True, check=True
+    )
+    count, *never_called = done.stdout.split()
+    assert int(count) > 200
+    assert never_called == []
 
 
 @pytest.mark.skipif(cores() == 1, reason="on one core there is no second process")
