@@ -47,7 +47,7 @@ def copied_source(root: Path, folder: Path) -> Path:
 
 
 def built_wheel(source: Path, folder: Path) -> Path:
-    """The wheel of a folder, or of an archive of sources."""
+    """The wheel of a folder of sources."""
     isolated = int(version("setuptools").split(".")[0]) < 77  # what pyproject.toml needs to be understood
     how = [] if isolated else ["--no-build-isolation"]
     built = done(*PIP, "wheel", "--no-deps", *how, "-w", folder, source, cwd=folder)
@@ -56,14 +56,28 @@ def built_wheel(source: Path, folder: Path) -> Path:
 
 
 @pytest.fixture(scope="module")
-def scripts(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The `bin` of an environment with the wheel in it; dependencies come from the tests' own."""
-    folder = tmp_path_factory.mktemp("installed")
+def wheel(root: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel of an archive of sources, built in a folder where an older build has left a module."""
+    folder = tmp_path_factory.mktemp("built")
     source = copied_source(root, folder)
     packed = done(sys.executable, "setup.py", "-q", "sdist", "-d", folder, cwd=source)
     assert packed.returncode == 0, packed.stderr
-    wheel = built_wheel(next(folder.glob("*.tar.gz")), folder)
+    (archive,) = folder.glob("*.tar.gz")
+    assert done("tar", "-xf", archive, cwd=folder).returncode == 0
+    unpacked = folder / archive.name.removesuffix(".tar.gz")
+    gone = unpacked / "build" / "lib" / "geometry" / "gone.py"
+    gone.parent.mkdir(parents=True)
+    gone.touch()
+    made = built_wheel(unpacked, folder)
     shutil.rmtree(source)
+    shutil.rmtree(unpacked)
+    return made
+
+
+@pytest.fixture(scope="module")
+def scripts(root: Path, wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The `bin` of an environment with the wheel in it; dependencies come from the tests' own."""
+    folder = tmp_path_factory.mktemp("installed")
     assert done(sys.executable, "-m", "venv", "--without-pip", folder / "venv", cwd=folder).returncode == 0
     python = folder / "venv" / "bin" / "python"
     where = done(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))", cwd=folder)
@@ -110,12 +124,8 @@ def test_the_files_are_the_installed_ones(scripts: Path, tmp_path: Path) -> None
     assert all(Path(file).with_name("py.typed").exists() for file in told.stdout.split())
 
 
-def test_a_wheel_has_what_the_rooms_have_and_nothing_of_an_older_build(root: Path, tmp_path: Path) -> None:
-    source = copied_source(root, tmp_path)
-    gone = source / "build" / "lib" / "geometry" / "gone.py"
-    gone.parent.mkdir(parents=True)
-    gone.touch()
-    held = set(zipfile.ZipFile(built_wheel(source, tmp_path)).namelist())
+def test_a_wheel_has_what_the_rooms_have_and_nothing_of_an_older_build(root: Path, wheel: Path) -> None:
+    held = set(zipfile.ZipFile(wheel).namelist())
     assert "geometry/gone.py" not in held
     packaging = tomllib.loads((root / "pyproject.toml").read_text())["tool"]["setuptools"]
     rooms = packaging["packages"]["find"]["include"]

@@ -56,17 +56,24 @@ def module_file(name: str) -> Path | None:
     return path / "__init__.py" if path.is_dir() and path.is_relative_to(ROOT) else None
 
 
-def python_imports(file: Path, late: bool) -> Iterator[Path]:
-    """Files of ours that a Python file imports; `late` adds imports in functions."""
+@cache
+def parsed(file: Path) -> tuple[list[ast.stmt], list[ast.Import | ast.ImportFrom], set[int]]:
+    """Statements of a Python file, all of its imports, and which of these are for types alone."""
     tree = ast.parse(file.read_text())
+    nodes = list(ast.walk(tree))
     typing = {
         id(node)
-        for test in ast.walk(tree)
+        for test in nodes
         if isinstance(test, ast.If) and ast.unparse(test.test).endswith("TYPE_CHECKING")
         for node in ast.walk(test)
     }
-    nodes = ast.walk(tree) if late else iter(tree.body)
-    for node in nodes:
+    return tree.body, [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)], typing
+
+
+def python_imports(file: Path, late: bool) -> Iterator[Path]:
+    """Files of ours that a Python file imports; `late` adds imports in functions."""
+    statements, anywhere, typing = parsed(file)
+    for node in anywhere if late else statements:
         names: list[str] = []
         if isinstance(node, ast.Import):
             names = [alias.name for alias in node.names]
