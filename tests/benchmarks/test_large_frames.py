@@ -19,5 +19,9 @@ def test_one_frame_is_found_and_measured(bits: int, tmp_path: Path, monkeypatch:
     megabytes, seconds = large_frames.measured(tmp_path, 1)
     assert megabytes > 50.0
     assert seconds > 0.0
+
+
+@pytest.mark.slow
+def test_a_scene_that_is_not_there_ends_it(tmp_path: Path) -> None:
     with pytest.raises(SystemExit, match="estimate ended with 2"):
         large_frames.measured(tmp_path / "nowhere", 1)

@@ -4,8 +4,7 @@ import hashlib
 import json
 import shutil
 import signal
-import subprocess
-import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -14,9 +13,22 @@ from tempfile import TemporaryDirectory
 import pytest
 import tomli_w
 
-from tests.session.command import DEADLINE_S, ROOT, cut, end_after, gone, outcome, running_session
+from bridge.serve import Server
+from image_server.serve.server import ImageServer
+from image_server.simulator.simulator import Simulator
+from tests.session.command import (
+    DEADLINE_S,
+    ROOT,
+    captured,
+    cut,
+    end_after,
+    gone,
+    outcome,
+    running_session,
+    start_controller,
+)
 from tests.session.scenes import SIZE, small
-from tests.session.serving import served
+from tests.session.serving import KEEPING, served
 
 pytestmark = pytest.mark.slow
 
@@ -193,8 +205,9 @@ def rewritten(file: Path, old: str, new: str) -> None:
 
 
 def test_a_folder_is_one_session_s_at_a_time(tmp_path: Path) -> None:
-    session, _ = running_session(tmp_path / "run")
+    session = start_controller("--out", tmp_path / "run", "--scenario", small(), *NEVER, "1000", *KEEPING)
     try:
+        captured(session, tmp_path / "run", "i1")
         for option in ("--resume", "--out"):
             second = served(option, tmp_path / "run")
             assert second.returncode == 2
@@ -234,30 +247,31 @@ def test_a_session_that_was_killed_before_it_began_is_begun_by_its_command(
 
 
 @contextmanager
-def scene(folder: Path, target: str, seed: int, *options: str | Path) -> Iterator[str]:
+def scene(folder: Path, target: str, seed: int, scenario: Path) -> Iterator[str]:
     """An image server of the user's, at an endpoint that is always the same."""
     endpoint = f"ipc://{folder}/images"
-    words = ["simulator", "--target", target, "--seed", str(seed), "--endpoint", endpoint, *map(str, options)]
-    server = subprocess.Popen([sys.executable, "-m", "image_server", *words], cwd=ROOT)
+    server = Server(ImageServer(Simulator(target, str(scenario), seed)), endpoint, f"{endpoint}-events")
+    thread = threading.Thread(target=server.run)
+    thread.start()
     try:
         yield endpoint
     finally:
-        server.terminate()
-        server.wait(DEADLINE_S)
+        server.stop()
+        thread.join(DEADLINE_S)
 
 
 def test_the_images_go_on_coming_from_where_they_came(interrupted: Path, tmp_path: Path) -> None:
     out = tmp_path / "run"
     with TemporaryDirectory(prefix="s") as folder:
-        with scene(Path(folder), "satellite", 9, "--scenario", small()) as endpoint:
+        with scene(Path(folder), "satellite", 9, small()) as endpoint:
             done = served("--image-server", endpoint, *NEVER, "2", "--out", out)
             assert done.returncode == 3, done.stderr
             (out / "result.json").unlink()
             cut(out / "history.pl", "keep(i1)")
         for target, seed in [("satellite", 8), ("cube", 9)]:
-            with scene(Path(folder), target, seed, "--scenario", small()):
+            with scene(Path(folder), target, seed, small()):
                 assert "another target or scene" in refused(out)
-        with scene(Path(folder), "satellite", 9, "--scenario", small()) as endpoint:
+        with scene(Path(folder), "satellite", 9, small()) as endpoint:
             assert "not from --image-server" in refused(interrupted, "--image-server", endpoint)
             resumed = served("--resume", out, "--no-report")
             assert resumed.returncode in {0, 3}, resumed.stderr
@@ -272,7 +286,7 @@ def test_images_under_other_lights_are_refused(tmp_path: Path) -> None:
     camera, lamps, out = tomli_w.dumps({"camera": SIZE}), tmp_path / "lamps.toml", tmp_path / "run"
     with TemporaryDirectory(prefix="s") as folder:
         lamps.write_text(camera + left + right)
-        with scene(Path(folder), "cube", 9, "--scenario", lamps) as endpoint:
+        with scene(Path(folder), "cube", 9, lamps) as endpoint:
             done = served("--image-server", endpoint, *NEVER, "2", "--out", out)
             assert done.returncode == 3, done.stderr
         (out / "result.json").unlink()
@@ -282,10 +296,10 @@ def test_images_under_other_lights_are_refused(tmp_path: Path) -> None:
             (left + right + "levels = 2\n", "levels of the light right (2): 2; at its beginning 8"),
         ]:
             lamps.write_text(camera + other)
-            with scene(Path(folder), "cube", 9, "--scenario", lamps):
+            with scene(Path(folder), "cube", 9, lamps):
                 assert said in refused(out)
         lamps.write_text(camera + left + right)
-        with scene(Path(folder), "cube", 9, "--scenario", lamps):
+        with scene(Path(folder), "cube", 9, lamps):
             resumed = served("--resume", out, "--no-report")
             assert resumed.returncode in {0, 3}, resumed.stderr
 
