@@ -14,7 +14,7 @@ from benchmarks.synthetic_parts import random_view, rendered
 from geometry.camera import Camera
 from geometry.model import Model
 from geometry.pose import Pose
-from numerics.arrays import Grey
+from numerics.arrays import Field, Grey
 from tests.followed_pages import blocks_of, clean_copy, runs
 from tests.vision_server.boards import write_boards
 from vision_server.channels.image_files import read_grey
@@ -38,13 +38,18 @@ def write_stl(file: Path, model: Model) -> None:
     file.write_bytes(bytes(80) + np.uint32(len(corners)).tobytes() + facets.tobytes())
 
 
-def photographed(model: Model, pose: Pose, seed: int, exposure: float) -> Grey:
-    """As a webcam shows it: through its lens, by its tone curve, under one lamp."""
+def through_the_lens(model: Model, pose: Pose, seed: int) -> Field:
+    """As the lens shows it under one lamp."""
     ideal = rendered(model, CAMERA.ideal, pose, np.random.default_rng(seed))
     row, column = np.mgrid[: CAMERA.height, : CAMERA.width]
     sources = CAMERA.undistort_points(np.column_stack([column.ravel(), row.ravel()]).astype(np.float64))
     x, y = sources.T.reshape(2, CAMERA.height, CAMERA.width).astype(np.float32)
     seen = cv2.remap(ideal.astype(np.float32), x, y, cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(seen, np.float32)
+
+
+def photographed(seen: Field, exposure: float) -> Grey:
+    """As a webcam shows it, by its tone curve."""
     linear = np.clip(exposure * seen / 255.0, 0.0, 1.0)
     return np.asarray(np.round(255.0 * linear ** (1.0 / GAMMA)), np.uint8)
 
@@ -57,8 +62,9 @@ def put_what_the_reader_has(folder: Path, seed: int) -> Pose:
     write_stl(folder / "part.stl", model)
     write_boards(folder / "boards", CAMERA, CORNERS, 12)
     pose = random_view(rng, model, CAMERA)
-    for number, (lamp, exposure) in enumerate([(1, 1.0), (2, 1.0), (1, 0.5)], start=1):
-        cv2.imwrite(str(folder / f"photo{number}.png"), photographed(model, pose, 10 * seed + lamp, exposure))
+    one, other = (through_the_lens(model, pose, 10 * seed + lamp) for lamp in (1, 2))
+    for number, (seen, exposure) in enumerate([(one, 1.0), (other, 1.0), (one, 0.5)], start=1):
+        cv2.imwrite(str(folder / f"photo{number}.png"), photographed(seen, exposure))
     return pose
 
 
