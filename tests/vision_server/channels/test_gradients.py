@@ -35,7 +35,7 @@ def channel() -> GradientChannel:
 def at(*places: tuple[float, float, float, float]) -> Normals:
     """Normals at places x, y with directions, 5 px to either side."""
     rows = np.array(places)
-    return Normals(rows[:, :2], rows[:, 2:], np.full(len(rows), 5.0))
+    return Normals(rows[:, :2].copy(), rows[:, 2:].copy(), np.full(len(rows), 5.0))
 
 
 def test_tiles_hold_what_filters_of_the_whole_image_give() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.vision_server.level_samples import edgels_of
 from vision_server.kinds.alone import lamps_are_alone, shadow_of_some
 from vision_server.kinds.sides import Sides
 
@@ -16,10 +17,7 @@ def sides_of_parts(pairs: np.ndarray, levels: np.ndarray, seed: int = 0) -> Side
     """Edgels at which lights give so much behind and ahead (N, 2, L), the sun last."""
     near = np.einsum("cl,nsl->csn", np.hstack([levels, np.ones((len(levels), 1))]), pairs)
     near = near + NOISE * np.random.default_rng(seed).normal(size=near.shape)
-    near = near.astype(np.float32)
-    shape = len(near), near.shape[2]
-    noise, known = np.full(shape, NOISE, np.float32), np.ones(shape, bool)
-    return Sides(near, near, noise, known, np.zeros(shape[1], np.float32))
+    return edgels_of(near, NOISE)
 
 
 def ends(blocked: tuple[int, ...], count: int, seed: int = 0) -> np.ndarray:

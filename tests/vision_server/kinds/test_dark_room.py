@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.vision_server.level_samples import edgels_of
 from vision_server.kinds.background import Background
 from vision_server.kinds.dark_room import lamps_in_the_dark
 from vision_server.kinds.learnt_lights import learnt_lights
@@ -30,10 +31,8 @@ def scene(levels: np.ndarray, sun: float = 0.0, each: int = 40) -> tuple[Sides, 
             pairs.append((left, right) if random.random() < 0.5 else (right, left))
             kinds.append(kind)
     near = np.einsum("cl,nsl->csn", levels, np.array(pairs)) + sun
-    near = (near + NOISE * random.normal(size=near.shape)).astype(np.float32)
-    shape = len(near), near.shape[2]
-    noise, known = np.full(shape, NOISE, np.float32), np.ones(shape, np.bool_)
-    return Sides(near, near.copy(), noise, known, np.zeros(shape[1], np.float32)), np.array(kinds)
+    near += NOISE * random.normal(size=near.shape)
+    return edgels_of(near, NOISE), np.array(kinds)
 
 
 @pytest.mark.parametrize("lamps", [3, 4, 5])

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from numerics.arrays import Floats
+from tests.vision_server.level_samples import edgels_of
 from vision_server.kinds import each_light, scatter
 from vision_server.kinds.blocked import FLAT_SD
 from vision_server.kinds.densities import logarithms
@@ -23,7 +24,7 @@ def some_sides(channels: int, count: int = 400) -> Sides:
     noise = random.uniform(0.5, 2.0, (channels, count)).astype(np.float32)
     known = random.random((channels, count)) < 0.9
     brightest = near * np.float32(1.2)
-    return Sides(near, brightest, noise, known, np.zeros(count, np.float32))
+    return edgels_of(near, 1.0)._replace(brightest=brightest, noise=noise, known=known)
 
 
 def log_normal(x: Floats, variance: Floats | float) -> Floats:

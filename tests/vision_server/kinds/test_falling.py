@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from numerics.arrays import Floats
+from tests.vision_server.level_samples import edgels_of
 from vision_server.kinds.each_light import less_crease
 from vision_server.kinds.falling import DIRECTIONS, Falling, learn_falling
 from vision_server.kinds.sides import Sides
@@ -14,21 +15,14 @@ TOWARDS_DEG = np.array([0.0, 120.0, 240.0])  # to each of three lights, as the i
 
 
 def edgels(pairs: list[tuple[Floats, Floats]], ahead_deg: list[float]) -> Sides:
-    near = np.array(pairs, np.float32).transpose(2, 1, 0)
-    angle = np.deg2rad(ahead_deg)
-    count = len(pairs)
-    return Sides(
-        near, near, np.ones((3, count), np.float32), np.ones((3, count), bool), angle.astype(np.float32)
-    )
+    return edgels_of(np.array(pairs).transpose(2, 1, 0), 1.0, axis=np.deg2rad(ahead_deg))
 
 
 def without(light: int) -> Floats:
     return np.where(np.arange(3) == light, 0.0, LIT)
 
 
-def shadows(
-    scatter_deg: float, away: int = 0
-) -> tuple[list[tuple[Floats, Floats]], list[float]]:
+def shadows(scatter_deg: float, away: int = 0) -> tuple[list[tuple[Floats, Floats]], list[float]]:
     """Of each light 100 ends that face it, and so many edgels that face away from it."""
     random = np.random.default_rng(0)
     pairs, ahead = [], []

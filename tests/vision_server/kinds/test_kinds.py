@@ -12,6 +12,7 @@ from bridge.messages import Settings
 from image_server.simulator.simulator import Simulator
 from numerics.arrays import Floats
 from tests.vision_server.edge_scenes import polygon_with_shadows, step
+from tests.vision_server.level_samples import edgels_of
 from vision_server.channels.channel import ChannelStatistics, channel_statistics
 from vision_server.channels.depth import PER_GREY
 from vision_server.edges.edge_map import EdgeMap
@@ -47,9 +48,7 @@ OF_KIND = {
 
 
 def sides(pairs: list[tuple[Floats, Floats]]) -> Sides:
-    near = np.array([[left, right] for left, right in pairs], np.float32).transpose(2, 1, 0)
-    noise, known = np.ones(near[:, 0].shape, np.float32), np.ones(near[:, 0].shape, bool)
-    return Sides(near, near.copy(), noise, known, np.zeros(len(pairs), np.float32))
+    return edgels_of(np.array(pairs).transpose(2, 1, 0), 1.0)
 
 
 def kinds_of(found: Sides) -> list[int]:

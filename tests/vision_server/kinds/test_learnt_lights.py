@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from tests.vision_server.level_samples import edgels_of
 from vision_server.kinds.learnt_lights import learnt_lights
 from vision_server.kinds.light_parts import parts_of
 from vision_server.kinds.sides import Sides
@@ -25,10 +26,7 @@ def ends(blocked: list[tuple[int, ...]], each: int, seed: int = 0, levels: np.nd
             pairs.append((left, right) if random.random() < 0.5 else (right, left))
     near = np.einsum("cl,nsl->csn", lights, np.array(pairs))
     near += NOISE * random.normal(size=near.shape)
-    shape = len(near), near.shape[2]
-    noise, known = np.full(shape, NOISE, np.float32), np.ones(shape, bool)
-    ahead = np.tile(np.array([[1.0, 0.0]], np.float32), (shape[1], 1))
-    return Sides(near.astype(np.float32), near.astype(np.float32), noise, known, ahead)
+    return edgels_of(near, NOISE)
 
 
 def sorted_levels(on: np.ndarray) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from tests.vision_server.level_samples import edgels_of
 from vision_server.kinds.background import Background
 from vision_server.kinds.each_light import less_crease
 from vision_server.kinds.light_parts import known_lights, parts_of
@@ -12,15 +13,12 @@ from vision_server.kinds.likelihoods import CREASE, FIXED, HIGHLIGHT, PRINT, SHA
 from vision_server.kinds.sides import Sides
 
 LEVELS = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.6, 0.6, 0.6]])
-AHEAD = np.zeros(1, np.float32)
 LEFT = np.array([50.0, 70.0, 40.0, 30.0])  # of three lamps and the sun
 
 
 def shown(left: np.ndarray, right: np.ndarray, levels: np.ndarray = LEVELS) -> Sides:
     lights = np.hstack([levels, np.ones((len(levels), 1))])
-    near = np.stack([lights @ left, lights @ right], axis=1)[:, :, None].astype(np.float32)
-    noise, known = np.ones((len(levels), 1), np.float32), np.ones((len(levels), 1), bool)
-    return Sides(near, near, noise, known, AHEAD)
+    return edgels_of(np.stack([lights @ left, lights @ right], axis=1)[:, :, None], 1.0)
 
 
 def test_the_parts_are_those_that_were_summed() -> None:
@@ -138,10 +136,9 @@ def test_beside_a_clipped_channel_shadows_are_told_by_the_others() -> None:
 def test_what_each_light_gives_is_found_from_as_many_channels_and_from_more(more: list[list[float]]) -> None:
     levels = np.array([*LEVELS, *(image[:3] for image in more)])
     given = np.array([[10.0, 40.0], [20.0, 20.0], [30.0, 0.0], [5.0, 6.0]], np.float32)  # of lamps and sun
-    near = np.asarray(np.hstack([levels, np.ones((len(levels), 1))]) @ given, np.float32)[..., None]
-    noise, known = np.full((len(levels), 1), 2.0, np.float32), np.ones((len(levels), 1), bool)
+    near = (np.hstack([levels, np.ones((len(levels), 1))]) @ given)[..., None]
     lights = known_lights(levels)
-    parts = parts_of(Sides(near, near, noise, known, np.zeros(1, np.float32)), lights)
+    parts = parts_of(edgels_of(near, 2.0), lights)
     assert parts is not None and lights.share is not None
     np.testing.assert_allclose(parts.near[..., 0], given, atol=1e-4)
     np.testing.assert_allclose(parts.noise[:, 0], 2.0 * np.linalg.norm(lights.share, axis=1), rtol=1e-5)

@@ -187,7 +187,9 @@ def test_coarse_scores_rank_like_the_exact_ones() -> None:
     views = Views(SATELLITE, CAMERA, POSE, 8.0)
     view = views.of(rotations, translations)
     coarse, exact = (
-        score_poses(Lookup(edges, views.table(), CAMERA.intrinsics), view, rotations, translations, reach)
+        score_poses(
+            Lookup(edges, views.table(), CAMERA.intrinsics), view, rotations, translations, reach, 1, SUM
+        )
         for reach in (0.0, 24.0)
     )
     assert np.corrcoef(coarse, exact)[0, 1] > 0.9

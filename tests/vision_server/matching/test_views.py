@@ -79,7 +79,7 @@ def test_of_a_big_model_lines_that_are_short_in_the_image_are_not_looked_for() -
         seen = exact_view(
             sparse_solid(big),
             afar.matrix,
-            afar.translation,
+            afar.translation.copy(),  # which may be written to, as those of a search
             CAMERA.intrinsics,
             image_bounds(CAMERA),
             least_line_px(model),

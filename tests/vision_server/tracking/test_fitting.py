@@ -73,7 +73,7 @@ def test_a_line_that_is_off_and_turned_is_told_so() -> None:
     moved = np.where(seen.samples.line == line, 0.7 + 0.4 * seen.along, 0.0)
     zeros, base = np.zeros(len(moved)), np.isfinite(seen.offset).astype(float)
     before = line_fits(seen, base, zeros, zeros)
-    after = line_fits(seen._replace(offset=seen.offset + moved), base, zeros, zeros)
+    after = line_fits(seen._replace(offset=np.ascontiguousarray(seen.offset + moved)), base, zeros, zeros)
     change = after.value - before.value
     assert np.abs(change[:, 0]).max() > 0.5
     changed = np.abs(change).max(axis=1) > 1e-3

@@ -30,7 +30,7 @@ def level(*heights_px: float, shift_px: float = 0.0) -> Samples:
 
 
 def told(samples: Samples, *supported: Flags) -> tuple[Flags, Flags]:
-    return told_once(samples, len(supported), np.concatenate(supported))[:2]
+    return told_once(samples, len(supported), np.concatenate(supported), TOGETHER_PX)[:2]
 
 
 @pytest.mark.parametrize("shift_px", [0.0, 0.4 * STEP_PX])
