@@ -47,7 +47,7 @@ def shadow_of_one(
         (L, N), how much likelier than any other the dark side is to be that of a shadow of each light.
     """
     each = np.empty((lights.shape[1], noise.shape[1]), np.float32)
-    for light, on in enumerate(lights.T.astype(np.float32)):
+    for light, on in enumerate(np.ascontiguousarray(lights.T, np.float32)):
         _one_blocked(sides.near, np.float32(sides.dark), logs, noise, on, np.float32(depth_sd), each[light])
     return any_of(np.asarray(each + np.log(dark_side), np.float32))
 

@@ -69,8 +69,9 @@ class Sides(NamedTuple):
         else:  # many times as quick as an index
             near, brightest = self.near.take(edgels, axis=2), self.brightest.take(edgels, axis=2)
             noise, known = self.noise.take(edgels, axis=1), self.known.take(edgels, axis=1)
-        sharpness = None if self.sharpness is None else self.sharpness[edgels]
-        return Sides(near, brightest, noise, known, self.axis[edgels], self.dark, sharpness)
+        axis = np.ascontiguousarray(self.axis[edgels])
+        sharpness = None if self.sharpness is None else np.ascontiguousarray(self.sharpness[edgels])
+        return Sides(near, brightest, noise, known, axis, self.dark, sharpness)
 
     def mean_of(self, number: Ints) -> Sides:
         """The means of channels that have the same number, (C,) from 0 on: known where all of them are."""
