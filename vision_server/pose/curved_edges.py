@@ -37,7 +37,7 @@ def drawn_in(samples: Samples, facets: Floats, softness: Floats, filter_px: Floa
     softness, filter_px
         (C, L), px, what each of L lines in each of C channels is taken for, and the filter that looks there.
     """
-    square = (filter_px**2 + (BLUR_OVER_SOFTNESS * softness) ** 2)[:, samples.line]
+    square = np.take(filter_px**2 + (BLUR_OVER_SOFTNESS * softness) ** 2, samples.line, axis=1)  # in rows
     curved = np.exp(-((facets / LONG_FACET_BLURS) ** 2) / square)
     return np.asarray(0.5 * square * curved * bend(samples))
 
