@@ -73,7 +73,8 @@ def moved_since(before: Sequence[SureEdgels], after: SureEdgels) -> Movement | N
         return None
     met = _directions_near(before)
     some = slice(None, None, len(after.places) // MOST_EDGELS + 1)
-    places, directions = after.places[some], after.directions[some]
+    places = np.ascontiguousarray(after.places[some])
+    directions = np.ascontiguousarray(after.directions[some])
     if len(places) < FEWEST_EDGELS:
         return None
     votes = _votes(met, places, directions)
