@@ -93,8 +93,10 @@ class Client:
         ProtocolError
             An answer that is none.
         BadInput
-            The endpoint is malformed.
+            The endpoint is malformed, or this client is closed.
         """
+        if self._context.closed:
+            raise BadInput(f"The connection to {self.endpoint} has been closed.", "Open another one.")
         total = self.timeout_s if timeout_s is None else timeout_s
         request_id = f"{self._name}/{next(self._numbers)}"
         described, frames = pack(arrays)

@@ -25,7 +25,7 @@ class Vision:
     Parameters
     ----------
     endpoint : where `python -m vision_server serve --endpoint ...` listens.
-    model : the target's model file.
+    model : the target's model file, as the server finds it, whose folder may be another one.
     camera : a TOML file with [camera], or that table.
     seed_pose : camera_T_target about where the target is: rotation_vector (rad) and translation (m); None:
         it is looked for everywhere.
@@ -39,7 +39,7 @@ class Vision:
     BridgeTimeout : no answer in time; so does each method.
     BridgeAbsent : nobody is there, or nobody any more; so does each method.
     BridgeRefused : the server has keys, and lets in no one without, or with others.
-    BadInput : keys that cannot be used.
+    BadInput : keys that cannot be used, a pose that is none; of a method, that the session has ended.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class Vision:
         keys: str | Path | None = None,
     ) -> None:
         args: dict[str, Any] = {"model": str(model), "unit": unit}
-        args |= {"first_sight": True} if seed_pose is None else {"seed_pose": dict(seed_pose)}
+        args |= {"first_sight": True} if seed_pose is None else {"seed_pose": _pose(seed_pose)}
         if isinstance(camera, Mapping):
             args["camera"] = dict(camera)
         else:
@@ -83,12 +83,9 @@ class Vision:
         self, pose: Mapping[str, Any] | None, *images: FramePixels, exposures: Sequence[float] = ()
     ) -> dict[str, Any]:
         """Whether a pose is right, by images of a still scene: `probability`, `state`, `better` and more."""
-        if not isinstance(pose, Mapping):
-            raise BadInput(
-                f"{pose!r} is no pose.", "Of a frame where the target is lost there is none to check."
-            )
+        args = {"pose": _pose(pose)}
         with self._added(images, exposures) as names:
-            return self._client.request("check", {"pose": dict(pose), "images": names})[0]
+            return self._client.request("check", args | {"images": names})[0]
 
     @contextmanager
     def _added(self, images: Sequence[FramePixels], exposures: Sequence[float]) -> Iterator[list[str]]:
@@ -128,3 +125,15 @@ class Vision:
                     self._client.request("end", timeout_s=LAST_S)
         finally:
             self._client.close()
+
+
+def _pose(told: Mapping[str, Any] | None) -> dict[str, Any]:
+    """What is sent of a pose."""
+    if told is None:
+        raise BadInput("None is no pose.", "Of a frame where the target is lost there is none to check.")
+    if not isinstance(told, Mapping):
+        raise BadInput(
+            f"A pose is a mapping, not a {type(told).__name__}.",
+            "Give rotation_vector (rad) and translation (m) of camera_T_target.",
+        )
+    return dict(told)

@@ -163,6 +163,29 @@ def test_of_a_lost_frame_there_is_no_pose_to_check(endpoint: str) -> None:
         vision.check(None, frame)
 
 
+@pytest.mark.parametrize("pose", [np.eye(4), "seed.toml", [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0]]])
+def test_what_is_no_mapping_is_no_pose(pose: Any) -> None:
+    with MockVisionServer() as mock, Vision(mock.endpoint, "m.cao", CAMERA.to_dict()) as vision:
+        with pytest.raises(BadInput, match=r"a mapping, not a \w+\. Give rotation_vector"):
+            Vision(mock.endpoint, "m.cao", CAMERA.to_dict(), pose)
+        with pytest.raises(BadInput, match=r"a mapping, not a \w+\. Give rotation_vector"):
+            vision.check(pose, np.zeros((480, 640), np.uint8))
+
+
+def test_a_session_that_has_ended_says_so(endpoint: str) -> None:
+    with Vision(endpoint, TARGETS / "cube.cao", CAMERA.to_dict()) as vision:
+        pass
+    with pytest.raises(BadInput, match="has been closed"):
+        vision.track(np.zeros((480, 640), np.uint8))
+    with pytest.raises(BadInput, match="has been closed"), vision:
+        pass
+
+
+def test_a_model_that_is_not_there_is_told_with_the_folder_that_was_looked_in(endpoint: str) -> None:
+    with pytest.raises(ServerError, match=re.escape(f"Cannot read {Path.cwd() / 'none.cao'}:")):
+        Vision(endpoint, "none.cao", CAMERA.to_dict())
+
+
 def test_a_start_without_a_model_does_not_blame_an_image_server(endpoint: str) -> None:
     with Client(endpoint, 20.0) as client, pytest.raises(ServerError, match="No model is given"):
         client.request("start", {})

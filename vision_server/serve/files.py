@@ -81,7 +81,8 @@ def _check_regular(path: Path) -> None:
     try:
         found = path.stat()
     except OSError as error:
-        raise BadInput(f"Cannot read {path}: {error.strerror or error}.", "Check the path.") from error
+        why = error.strerror or error
+        raise BadInput(f"Cannot read {path.absolute()}: {why}.", "Check the path.") from error
     if not stat.S_ISREG(found.st_mode):
         raise BadInput(f"{path} is not a regular file.", "Give a file.")
     if found.st_size > MOST_BYTES:
