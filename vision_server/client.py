@@ -22,6 +22,8 @@ LAST_S = 1.0  # for a server to hear that a session that failed has ended; chose
 class Vision:
     """A session with one target and one camera on a running vision server; `with` ends it.
 
+    It is for one thread at a time, as it has one connection; another thread opens its own.
+
     Parameters
     ----------
     endpoint : where `python -m vision_server serve --endpoint ...` listens.
