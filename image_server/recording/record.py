@@ -80,8 +80,8 @@ def record_frames(
     DeviceError : the device failed; nothing is written then.
     """
     camera = _Camera(device, progress)
-    known_target(camera.describe)
     asked = [checked_settings(camera.describe, one) for one in settings]
+    known_target(camera.describe)
     with _stack_in(folder):
         taken = [camera.capture(one) for one in asked for _ in range(repeat)]
         write_frames(folder, camera.describe, [(frame.applied, frame.pixels) for frame in taken])
