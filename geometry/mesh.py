@@ -72,8 +72,7 @@ def read_mesh(path: Path) -> Surface:
         vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
         faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
         if len(faces):
-            size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
-            faces = cut_at_junctions(vertices, faces, ON_SIDE_SHARE * size)
+            faces = cut_at_junctions(vertices, faces, ON_SIDE_SHARE * _across(vertices))
         if len(faces) > MOST_TRIANGLES:
             vertices, faces = _fewer(vertices, faces)
     except FileNotFoundError as error:  # the .bin of a .gltf
@@ -129,7 +128,7 @@ def _fewer(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
     ------
     GeometryError : it is not closed, or more than MOST_TRIANGLES are left.
     """
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    size = _across(vertices)
     few = simplified(vertices, triangles, READ_OFF * size)
     if few is None:
         raise GeometryError(
@@ -146,6 +145,11 @@ def _fewer(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
     return vertices[few[0]], few[1]
 
 
+def _across(vertices: Floats) -> float:
+    """The diagonal of the box around vertices (V, 3)."""
+    return float(np.linalg.norm(np.ptp(vertices, axis=0)))
+
+
 def _snapped(vertices: Floats) -> Floats:
     """Vertices (V, 3) of which those at nearly one place are at just one.
 
@@ -153,7 +157,7 @@ def _snapped(vertices: Floats) -> Floats:
     ------
     GeometryError : it is so far from its origin that this would change it.
     """
-    size = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    size = _across(vertices)
     apart = max(ONE_CORNER_SHARE * size, 4.0 * float(np.spacing(np.float32(np.abs(vertices).max()))))
     if apart > COARSEST_SHARE * size > 0.0:
         raise GeometryError(
@@ -178,7 +182,7 @@ def _welded(vertices: Floats) -> Floats:
 
     if len(vertices) == 0:
         return vertices
-    reach = WELDED_SHARE * float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    reach = WELDED_SHARE * _across(vertices)
     one, other = cKDTree(vertices).query_pairs(reach, output_type="ndarray").T
     beside = coo_matrix((np.ones(len(one), dtype=bool), (one, other)), shape=(len(vertices), len(vertices)))
     _, first, which = np.unique(

@@ -17,8 +17,15 @@
 %   @error usage_error(Message) the option, and what to do
 
 check_of_use(Given) :-
-    forall(( of_no_use(Given, Name, Why), ( Name == resume ; \+ option(resume(_), Given) ) ),
+    forall(( given_twice(Given, Name, Why) ; \+ option(resume(_), Given), of_no_use(Given, Name, Why) ),
            ( dashes(Name, Dashed), usage_error("--~w ~w", [Dashed, Why]) )).
+
+given_twice(Given, Name, 'is given more than once, with other values: leave all but one out') :-
+    append(_, [First|Later], Given),
+    First =.. [Name, Value],
+    Other =.. [Name, Value1],
+    member(Other, Later),
+    Value1 \== Value.
 
 of_no_use(Given, Name, 'is of --approach: give that too, or leave it out') :-
     member(Name, [first_range, contact_range]),
@@ -41,13 +48,6 @@ of_no_use(Given, explain, 'says what --quiet leaves out: give one of them') :-
     option(explain(true), Given), option(quiet(true), Given).
 of_no_use(Given, json, 'prints a result, and --dry-run comes to none: leave one of them out') :-
     option(json(true), Given), option(dry_run(true), Given).
-
-of_no_use(Given, Name, 'is given more than once, with other values: leave all but one out') :-
-    append(_, [First|Later], Given),
-    First =.. [Name, Value],
-    Other =.. [Name, Value1],
-    member(Other, Later),
-    Value1 \== Value.
 
 given(Name, Given) :-
     given(Name, Given, _).

@@ -97,6 +97,7 @@ REFUSED: list[tuple[list[str], list[str]]] = [
     (["--approach", "--first-range", "1.0Inf"], ["--first-range must be a positive number of metres"]),
     (["--seed", "1", "--seed", "2"], ["--seed is given more than once"]),
     (["--resume", "a", "--resume", "b"], ["--resume is given more than once"]),
+    (["--resume", "a", "--report", "--no-report"], ["--report is given more than once"]),
     (["--report", "--no-report"], ["--report is given more than once"]),
     (["--explain", "--explain"], []),
     (["--max-iterations", "0"], ["--max-iterations must be at least 1"]),
