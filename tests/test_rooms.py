@@ -2,8 +2,10 @@
 
 import ast
 import re
+import tomllib
 from collections.abc import Iterator
 from functools import cache
+from importlib.metadata import packages_distributions
 from pathlib import Path
 
 import pytest
@@ -213,6 +215,18 @@ def test_contracts_are_cited_where_they_are() -> None:
         assert "DESIGN" not in text, f"{file.relative_to(ROOT)} cites a page that is not here"
         missing = [page for page in cited.findall(text) if not (ROOT / "docs" / page).is_file()]
         assert missing == [], f"{file.relative_to(ROOT)} cites {missing}"
+
+
+def test_every_package_that_is_required_is_imported_by_a_room() -> None:
+    """What only tests or benchmarks import is an extra of theirs, and does not come with an installation."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    required = {re.split(r"[<>=]", one)[0].lower() for one in project["dependencies"]}
+    imports = [node for file in sources(".py") for node in parsed(file)[1]]
+    modules = {one.name for node in imports if isinstance(node, ast.Import) for one in node.names}
+    modules |= {node.module or "" for node in imports if isinstance(node, ast.ImportFrom)}
+    tops, homes = {name.split(".")[0] for name in modules}, packages_distributions()
+    imported = {home.lower().replace("_", "-") for top in tops for home in homes.get(top, [top])}
+    assert required - imported == set()
 
 
 def test_no_test_file_lends_to_another() -> None:
