@@ -89,6 +89,7 @@ test-v4l2: setup
 
 check: setup
 	$(VENV) -m ruff check .
+	$(VENV) -m ruff format --check .
 	$(VENV) -m mypy
 	swipl -g "use_module(tests/check), check_loading, halt" -t 'halt(1)'
 

@@ -48,9 +48,7 @@ def _surface(body: Body) -> tuple[Flags, Floats, Ints]:
     return inside, normals, face
 
 
-def attached_shadow_set(
-    body: Body, lights: int, seed: int = 0
-) -> tuple[list[Grey], Flags]:
+def attached_shadow_set(body: Body, lights: int, seed: int = 0) -> tuple[list[Grey], Flags]:
     """Images of a body, one light each from all round, and its true edges.
 
     Returns

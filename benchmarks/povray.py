@@ -65,9 +65,7 @@ def far_light(direction: Floats, strength: float) -> str:
     )
 
 
-def rendered(
-    scene: Scene, camera: Camera, lights: Sequence[str], samples: int, folder: Path
-) -> Field:
+def rendered(scene: Scene, camera: Camera, lights: Sequence[str], samples: int, folder: Path) -> Field:
     """A scene of the simulator, see `ray_traced`.
 
     Every face scatters evenly with its own albedo; textures and mirrors stay out.

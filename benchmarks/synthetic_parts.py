@@ -258,9 +258,7 @@ def main(  # noqa: PLR0913  # the options of a command
             if write is not None:
                 cv2.imwrite(str(write / f"{shape}_{count}_{number}.png"), pixels)
             # the start is disturbed about the part's middle, and the file's origin moved afterwards
-            start = disturbed(
-                true, rng, rotation_deg, translation_px * width / 640, camera.fx, model.middle
-            )
+            start = disturbed(true, rng, rotation_deg, translation_px * width / 640, camera.fx, model.middle)
             aside = rng.normal(size=3)
             aside *= away_m / np.linalg.norm(aside)
             told = part_of(shape, model_count or count, np.random.default_rng((seed, own_draws, number)))

@@ -21,9 +21,7 @@ def linear(frame: NDArray[np.floating] | Grey, gamma: float) -> Radiance:
     return signal
 
 
-def united(
-    frames: Sequence[Radiance], saturated: Sequence[Flags], exposures: Sequence[float]
-) -> Radiance:
+def united(frames: Sequence[Radiance], saturated: Sequence[Flags], exposures: Sequence[float]) -> Radiance:
     """Radiance from linear frames under several exposures.
 
     Photon noise makes sum(signal) / sum(exposure) the best estimate; saturated pixels do not take part, and a

@@ -162,9 +162,7 @@ def _without_black(frame: Floats, black: float) -> Floats:
     return np.maximum(frame - black, 0.0) * (WHITE / (WHITE - black))
 
 
-def _check_shutters(
-    camera: _Camera, light: str, means: dict[float, Floats], black: float
-) -> None:
+def _check_shutters(camera: _Camera, light: str, means: dict[float, Floats], black: float) -> None:
     assert camera.describe.camera is not None
     gamma = camera.describe.camera.gamma
     shutters = sorted(means)

@@ -73,7 +73,5 @@ def test_of_many_lights_those_alike_beside_each_other_have_one_bar() -> None:
         ([1], (LightRecord("l", 8, (0.0, 0.0, 0.5)),)),
     ],
 )
-def test_there_is_none_where_a_place_is_not_known(
-    levels: list[int], lights: tuple[LightRecord, ...]
-) -> None:
+def test_there_is_none_where_a_place_is_not_known(levels: list[int], lights: tuple[LightRecord, ...]) -> None:
     assert lights_svg(SettingsRecord(lights=levels), lights) == ""

@@ -23,9 +23,7 @@ from vision_server.trust.probability import confidence, quality
 from vision_server.trust.support import CAP_PX
 
 
-def estimated(
-    pixels: Grey, model: Model, seed_pose: Pose = POSE, **settings: object
-) -> Estimate:
+def estimated(pixels: Grey, model: Model, seed_pose: Pose = POSE, **settings: object) -> Estimate:
     return estimate_pose(
         one_image(pixels),
         ["i1"],

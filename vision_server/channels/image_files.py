@@ -152,9 +152,7 @@ def read_image_set(paths: Sequence[Path], raw: Raw = PLAIN, colour: str = "grey"
     if not paths:
         raise BadInput("No image files given.", "Name at least one.")
     files = [
-        (number, band, pixels)
-        for number, path in enumerate(paths)
-        for band, pixels in _bands(path, colour)
+        (number, band, pixels) for number, path in enumerate(paths) for band, pixels in _bands(path, colour)
     ]
     highest = max((int(pixels.max()) for _, _, pixels in files if pixels.dtype == np.uint16), default=0)
     images: list[Picture] = []

@@ -104,9 +104,7 @@ def _directions_near(images: Sequence[SureEdgels]) -> NDArray[np.uint16]:
 
 
 @kernel()
-def _votes(
-    met: NDArray[np.uint16], places: NDArray[np.int32], directions: Grey
-) -> NDArray[np.int32]:
+def _votes(met: NDArray[np.uint16], places: NDArray[np.int32], directions: Grey) -> NDArray[np.int32]:
     """How many edgels meet one of their direction, by the shift from there, -REACH_PX up to REACH_PX each."""
     rows, columns = met.shape
     votes = np.zeros((2 * REACH_PX + 1, 2 * REACH_PX + 1), np.int32)

@@ -52,9 +52,7 @@ def shadow_of_one(
     return any_of(np.asarray(each + np.log(dark_side), np.float32))
 
 
-def one_blocked(
-    sides: Sides, logs: Reals, noise: Reals, light: Floats, depth_sd: float
-) -> Reals:
+def one_blocked(sides: Sides, logs: Reals, noise: Reals, light: Floats, depth_sd: float) -> Reals:
     """Log-likelihood (N,) that a light, on as far as ``light`` (C,) says, is blocked on one side.
 
     This is the definition. Where one side has the intensity I in a channel, the other has I + m light: m is

@@ -97,7 +97,7 @@ def _of_block(
 ) -> Reals:
     """As `likelihoods`, of as many edgels as the processor's cache holds."""
     found = np.empty((len(KINDS), sides.noise.shape[1]), np.float32)
-    found[:PRINT + 1], found[NOISE] = np.split(scatter(sides, background.dark), [PRINT + 1])
+    found[: PRINT + 1], found[NOISE] = np.split(scatter(sides, background.dark), [PRINT + 1])
     if lights is not None and lights.are_all:
         _known_lights(found, sides, lights, falling)
     else:

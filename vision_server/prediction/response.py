@@ -138,9 +138,7 @@ def read_beside(samples: Samples, images: Sequence[LitImage]) -> tuple[Floats, F
     return values, sd, clipped
 
 
-def _pooled(
-    readings: Floats, seen: Flags, clipped: Flags, inputs: Floats
-) -> tuple[Floats, Floats]:
+def _pooled(readings: Floats, seen: Flags, clipped: Flags, inputs: Floats) -> tuple[Floats, Floats]:
     """Coefficients (1 + L,) of the mean over the target and their covariance, towards "all lights alike".
 
     Images of which half and more is clipped count only where there are no others.

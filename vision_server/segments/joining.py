@@ -17,9 +17,7 @@ MAX_STRENGTH_RATIO = 3.0  # of two that are one line; chosen by hand
 
 
 @kernel()
-def _assign(
-    endpoints: Floats, strength: Floats, order: Ints, base_of: Ints
-) -> None:
+def _assign(endpoints: Floats, strength: Floats, order: Ints, base_of: Ints) -> None:
     """Give each line, from the longest on, those that continue it; ``base_of`` tells whose it became."""
     count = len(order)
     for place in range(count):

@@ -50,9 +50,7 @@ def _around(mask: Grey) -> Flags:
     return np.asarray(cv2.dilate(mask, np.ones((side, side), np.uint8)) > 0)
 
 
-def frame_statistics(
-    channel: ChannelStatistics, region: Flags, gamma: float = 1.0
-) -> dict[str, Any]:
+def frame_statistics(channel: ChannelStatistics, region: Flags, gamma: float = 1.0) -> dict[str, Any]:
     """Statistics of a frame over the target's region, and of the whole frame under ``frame``.
 
     Parameters

@@ -31,9 +31,7 @@ def moving(
     return Simulator("cube", msgspec.structs.replace(scenario, **more), 4)
 
 
-def exposure(
-    simulator: Simulator, velocity: Floats, spin: Floats
-) -> Field:
+def exposure(simulator: Simulator, velocity: Floats, spin: Floats) -> Field:
     """The mean of renders at moments of the exposure: what the blur has to come near."""
     middle = simulator.true_pose
     total = np.zeros(SHAPE)

@@ -50,9 +50,7 @@ def at(
     return Pose(np.array(turn), np.array([x, y, depth]))
 
 
-def lit(
-    *lights: tuple[float, float, float], sun: Floats = ALONG_AXIS, disc: float = 0.0
-) -> Illumination:
+def lit(*lights: tuple[float, float, float], sun: Floats = ALONG_AXIS, disc: float = 0.0) -> Illumination:
     beams = np.ones((len(lights), ROWS))
     aims = np.tile([0.0, 0.0, 1.0], (len(lights), 1))
     return Illumination(np.array(lights), aims, beams, Sky(np.asarray(sun), disc, SUN_STRENGTH))

@@ -12,9 +12,7 @@ from vision_server.edges.edge_map import EdgeMap
 from vision_server.edges.suppression import hysteresis, suppress_non_maxima
 
 
-def kept_pixels(
-    ridge: Field, low: float | Field, high: float | Field
-) -> Flags:
+def kept_pixels(ridge: Field, low: float | Field, high: float | Field) -> Flags:
     """Hysteresis of a ridge image, as an image; thresholds may be images too."""
     edges = EdgeMap.from_fields(ridge, np.zeros_like(ridge), np.zeros_like(ridge), 0.0)
     limits = [t if isinstance(t, float) else t.ravel()[edges.places] for t in (low, high)]

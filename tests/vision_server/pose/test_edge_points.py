@@ -25,9 +25,7 @@ def channel(linear: Floats, noise: float) -> GradientChannel:
     return deep_channel(linear.astype(np.float32), noise)
 
 
-def points_on(
-    made: GradientChannel, angle: float, count: int = 21, scale: int = 0
-) -> list[Floats]:
+def points_on(made: GradientChannel, angle: float, count: int = 21, scale: int = 0) -> list[Floats]:
     """Offset, SNR, standard deviation and strength (count, PEAKS) on an edge through the middle."""
     half = made.frame.shape[0] // 2
     along = np.linspace(-15, 15, count)

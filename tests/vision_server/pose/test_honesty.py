@@ -93,9 +93,7 @@ def test_a_seed_far_off_does_not_mislead(
 
 
 @pytest.mark.parametrize("depth_m", [1e-4, 0.02, 0.05])
-def test_a_camera_inside_the_model_does_not_mislead(
-    model: Model, pixels: Grey, depth_m: float
-) -> None:
+def test_a_camera_inside_the_model_does_not_mislead(model: Model, pixels: Grey, depth_m: float) -> None:
     seed = Pose(POSE.rotation_vector, np.array([0.0, 0.0, depth_m]))
     must_not_mislead(estimated(pixels, model, seed), POSE)
 

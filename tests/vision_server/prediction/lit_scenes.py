@@ -47,9 +47,7 @@ def taken(
     return LitImage(np.minimum(picture, 1.0).astype(np.float32), 0.5, np.array(asked), 0.7)
 
 
-def found(
-    model: Model, images: list[LitImage], positions: list[Floats | None] | None = None
-) -> list[Cause]:
+def found(model: Model, images: list[LitImage], positions: list[Floats | None] | None = None) -> list[Cause]:
     places, readings = read(LitTarget(model, CAMERA, POSE, positions or POSITIONS), images)
     return likely_causes(places, readings, np.array([image.lights for image in images]))
 

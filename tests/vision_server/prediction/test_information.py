@@ -31,9 +31,7 @@ def candidates(rows: list[tuple[float, float, float]]) -> Candidates:
     return Candidates(table[:, 0], table[:, 1:], blur_inputs(shutter, aperture, 4.0, 1 / 60))
 
 
-def before(
-    model: Model, support: Floats | None = None, images: int = 1, scatter_px2: float = np.nan
-) -> View:
+def before(model: Model, support: Floats | None = None, images: int = 1, scatter_px2: float = np.nan) -> View:
     """The model before the camera, all of it seen if nothing is said, how its edges stray not measured."""
     lines = len(model.lines)
     scatter = np.full((images, lines), scatter_px2)

@@ -20,9 +20,7 @@ def contrasts(model: Model, image: LitImage) -> Floats:
     return np.asarray(np.diff(image.linear[places[..., 1], places[..., 0]], axis=0)[0])
 
 
-def foreseen(
-    model: Model, image: LitImage, known: list[LitImage], positions: list[object]
-) -> Floats:
+def foreseen(model: Model, image: LitImage, known: list[LitImage], positions: list[object]) -> Floats:
     samples = visible_samples(model, CAMERA, POSE, 4.0)
     response = learn_response(samples, model, POSE, known, positions)  # type: ignore[arg-type]
     mean, _ = response.brightness(np.array([image.exposure]), image.lights[None])
