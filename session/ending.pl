@@ -24,7 +24,7 @@
 :- use_module('../indigolog/indigolog').
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(apply), [foldl/4]).
-:- use_module(library(lists), [member/2, memberchk/2, nth0/3]).
+:- use_module(library(lists), [member/2, nth0/3]).
 :- use_module(library(option), [option/2]).
 :- use_module(library(solution_sequences), [limit/2]).
 

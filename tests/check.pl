@@ -3,7 +3,6 @@
           ]).
 /** <module> Every Prolog module loads without a warning and calls nothing undefined */
 
-:- use_module(library(apply), [maplist/2]).
 :- use_module(library(check), [list_undefined/1]).
 :- use_module(library(filesex), [directory_member/3]).
 :- use_module(library(lists), [member/2, memberchk/2]).

@@ -30,7 +30,6 @@ Term is a Golog term over fluents, or Variable^Formula: the value that Formula
 gives to Variable.
 */
 
-:- use_module(library(error), [must_be/2]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(option), [option/2, option/3]).
 :- use_module('../language/formula', [holds_in/2, evaluate/3]).

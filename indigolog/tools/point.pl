@@ -5,7 +5,6 @@ Found when an error has happened, by looking which part of the program meets the
 error again, so that nothing need be remembered while all is well.
 */
 
-:- use_module(library(lists), [member/2]).
 :- use_module('../language/action', [pick/5]).
 :- use_module('../language/context', [top_context/1]).
 :- use_module('../language/formula', [holds_in/2]).

@@ -20,7 +20,7 @@ may take, drawn anew as time goes.  Only on a terminal: what goes into a file or
 :- use_module('../../domain/reasoning/qualitative').
 :- use_module('../../indigolog/indigolog', [fluent_value/3]).
 :- use_module(library(apply), [foldl/4, maplist/3, maplist/4]).
-:- use_module(library(lists), [member/2, memberchk/2, sum_list/2]).
+:- use_module(library(lists), [member/2, sum_list/2]).
 :- use_module(library(option), [option/2]).
 :- use_module(library(yall)).
 

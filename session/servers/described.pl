@@ -16,7 +16,7 @@ others, what is recorded would not be what was done.  Description is the answer 
 :- use_module('../../bridge/prolog/json', [json_term/2, json_text/2]).
 :- use_module('../../indigolog/online/journal', [journal_entries/3]).
 :- use_module(library(apply), [maplist/2, maplist/3]).
-:- use_module(library(lists), [member/2, memberchk/2, nth1/3]).
+:- use_module(library(lists), [member/2, nth1/3]).
 :- use_module(library(option), [option/2]).
 
 %!  described_model(+Description, -Model) is semidet.

@@ -9,8 +9,7 @@
 /** <module> Peers for the tests of the Prolog side of the bridge */
 
 :- use_module(library(http/json), [json_read_dict/3, json_write_dict/2]).
-:- use_module(library(filesex), [delete_directory_and_contents/1, directory_file_path/3]).
-:- use_module(library(lists), [append/3, member/2]).
+:- use_module(library(lists), [member/2]).
 :- use_module(library(process), [process_create/3, process_kill/2, process_wait/2]).
 :- use_module('../../bridge/prolog/zmq').
 

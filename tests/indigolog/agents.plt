@@ -1,7 +1,7 @@
 :- module(test_indigolog_agents, []).
 :- use_module(library(plunit)).
 :- use_module(library(apply), [maplist/2, maplist/3, partition/4]).
-:- use_module(library(lists), [member/2, nth1/3, numlist/3, reverse/2, selectchk/3]).
+:- use_module(library(lists), [member/2, numlist/3, reverse/2, selectchk/3]).
 :- use_module(library(random), [random_member/2]).
 :- use_module(library(readutil), [read_file_to_terms/3]).
 :- use_module('../../indigolog/indigolog').

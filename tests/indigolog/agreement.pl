@@ -11,7 +11,7 @@ random order; a second one, in which nothing was asked before, asks them in anot
 status is 1 if an answer differs, and says where.
 */
 
-:- use_module(library(lists), [max_list/2, member/2, memberchk/2, min_list/2, nth1/3, reverse/2, sum_list/2]).
+:- use_module(library(lists), [member/2, memberchk/2, min_list/2, nth1/3, reverse/2, sum_list/2]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(process), [process_kill/2, process_wait/2]).
 :- use_module(library(random), [random_member/2, random_permutation/2]).

@@ -14,7 +14,7 @@ tick(X), look (senses), peek (settles or rejects), and the exogenous ev.
 */
 
 :- use_module(library(lists), [append/2, append/3, member/2]).
-:- use_module(library(random), [random_between/3, random_member/2, random_permutation/2]).
+:- use_module(library(random), [random_between/3, random_member/2]).
 
 %!  random_theory(+Kind, -Clauses) is det.
 %
