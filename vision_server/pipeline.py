@@ -34,7 +34,6 @@ from vision_server.trust.ranking import best_first, fewer_lines
 from vision_server.trust.rivals import likeliest_first, rivals_at_first_sight, rivals_of
 from vision_server.trust.spun import unseen_turns
 
-LOOKED_AT = 10  # hypotheses, at first sight
 MERIT_PX = 15.0  # of a score of 0: docs/result.md, by domain/reasoning/merit.pl
 SURE_SCORE = 1.0 - 1.0 / MERIT_PX  # from here on a session ends with a pose: a merit of 1 px
 # Where noise drowns edges a coarse gradient shows more of them: of 22 sets of clean images the segments are
@@ -274,7 +273,7 @@ def _refined(
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
     estimate, last = Estimate(), None
     if isinstance(seed_pose, Anywhere):
-        likely = likely_of(of_most_evidence(problem, hypotheses, LOOKED_AT, match), symmetry)
+        likely = likely_of(of_most_evidence(problem, hypotheses, match), symmetry)
         if likely:
             first, last = likely[0].refined, likely[0].last
             estimate = judged(first, last, rivals_at_first_sight(likely, symmetry), symmetry, match)
@@ -285,7 +284,7 @@ def _refined(
         searched = in_range_of(seed_pose, camera, settings.search_range)
         beyond = beyond_of(seed_pose, camera, settings.search_range)
         spin_rad = 2.0 * math.radians(settings.rotation_range_deg)  # from one end of the range to the other
-        refined = best_first(problem, hypotheses, len(hypotheses), spin_rad, searched)
+        refined = best_first(problem, hypotheses, spin_rad, searched)
         if refined:
             refined = likeliest_first(refined, beyond)
             last = last_step(refined[0])

@@ -36,6 +36,7 @@ from vision_server.trust.ranking import (
 from vision_server.trust.spun import spun
 from vision_server.trust.support import evidence_at, support_at
 
+LOOKED_AT = 10  # hypotheses that are refined (by hand)
 SIDES, SIDE_DEG = 3, 20.0  # poses beside which others are looked for, and how far apart (by hand)
 LOOKS_TURNED, MOST_TURNS_A_LOOK = 2, 12  # looks that are turned; turns of each that are refined (by hand)
 ONE_LOOK_WITHIN = (3.0, 0.005)  # degrees, share of the range: poses that a near symmetry makes one look
@@ -44,9 +45,7 @@ ONE_LOOK_WITHIN = (3.0, 0.005)  # degrees, share of the range: poses that a near
 CONVINCING_NATS, MATCHED_AGAIN_STARTS, POSES_A_MATCH = 40.0, 5, 2
 
 
-def of_most_evidence(
-    problem: PoseProblem, hypotheses: Sequence[Pose], looked_at: int, match: Matcher
-) -> list[Refined]:
+def of_most_evidence(problem: PoseProblem, hypotheses: Sequence[Pose], match: Matcher) -> list[Refined]:
     """The hypotheses of a first sight, refined, those beside them and turned; most evidence first.
 
     ``match`` tells where models fit near a pose; it is asked where nothing that was refined is convincing.
@@ -58,7 +57,7 @@ def of_most_evidence(
     firsts = _firsts_of_looks(hypotheses, turns)
     others = [index for index in range(len(hypotheses)) if index not in firsts]
     ordered = [hypotheses[index] for index in firsts + others]
-    found = best_first(problem, ordered, looked_at, spin_rad(problem.model))
+    found = best_first(problem, ordered[:LOOKED_AT], spin_rad(problem.model))
     found.sort(key=_evidence, reverse=True)
     if not found or _evidence(found[0]) < CONVINCING_NATS:
         found = _with_matched_again(problem, found, ordered[:MATCHED_AGAIN_STARTS], match)

@@ -32,7 +32,6 @@ from vision_server.trust.support import PoseSupport, support_at
 # Degrees and share of the range: a refinement that ends so close to a known pose has come to that optimum;
 # two coarse ones that are so close would come to one optimum if they were refined to the end.
 ONE_OPTIMUM, ONE_BASIN = (0.15, 0.001), (0.5, 0.004)
-MOST_REFINED = 5  # hypotheses of the matcher that are looked at
 COARSE_REACHES_PX, COARSENING = (6.0, 4.0), 1.75  # first, with fewer samples; ...
 FINE_REACHES_PX = (4.0, 3.0, 3.0)  # ... then, with all, ...
 FINISHED_QUALITY_SHARE = 0.5  # ... those of at least this share of the best one's quality
@@ -86,7 +85,6 @@ def nowhere(_pose: Pose) -> bool:
 def best_first(
     problem: PoseProblem,
     hypotheses: Sequence[Pose],
-    looked_at: int = MOST_REFINED,
     spin_rad: float = 0.0,
     searched: Callable[[Pose], bool] = nowhere,
 ) -> list[Refined]:
@@ -98,15 +96,13 @@ def best_first(
     ----------
     problem
         Its scales are the least that are used.
-    looked_at
-        So many hypotheses at most.
     spin_rad
         How far a nearly round target may be turned about its axis from the hypotheses, see `spun`.
     searched
         Whether a pose is in the search range: the first is turned onto those of its near symmetries that are.
     """
     coarse: list[Refined] = []
-    for pose in hypotheses[:looked_at]:
+    for pose in hypotheses:
         rough = roughly(problem, pose, coarse)
         if rough is not None:
             coarse.append(rough)

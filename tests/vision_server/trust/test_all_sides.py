@@ -55,7 +55,7 @@ def test_a_rim_seen_from_the_wrong_side_leads_to_the_right_one(flange: Model, si
     true = tilted(flange, 35.0, 300.0)
     ((axis, centre),) = round_axes(flange)
     wrong = other_sides(true, axis, rim_middle(flange, axis, centre))[side]
-    found = of_most_evidence(problem_of(flange, true), [wrong], 1, nowhere)
+    found = of_most_evidence(problem_of(flange, true), [wrong], nowhere)
     assert error_of(found[0].pose, true, symmetry_of(flange)).within(1.0, 0.01)
 
 
@@ -68,9 +68,9 @@ def test_what_was_lost_beside_its_hypothesis_is_matched_once_more(flange: Model)
     def there(models: Sequence[Model], _: Pose) -> list[list[tuple[float, Pose]]]:
         return [[(1.0, true)] for _ in models]
 
-    lost = of_most_evidence(problem, [far], 1, nowhere)
+    lost = of_most_evidence(problem, [far], nowhere)
     assert not any(error_of(one.pose, true, symmetry).within(1.0, 0.01) for one in lost)
-    found = of_most_evidence(problem, [far], 1, there)
+    found = of_most_evidence(problem, [far], there)
     assert error_of(found[0].pose, true, symmetry).within(1.0, 0.01)
 
 
@@ -112,7 +112,7 @@ def test_a_bracket_is_looked_at_turned_by_half_however_little_that_brings_back()
     assert near_symmetries(bracket) == ()
     true = tilted(bracket, 145.0, 300.0)
     _, _, about_z = half_turns(bracket)
-    found = of_most_evidence(problem_of(bracket, true), [true.compose(about_z)], 1, nowhere)
+    found = of_most_evidence(problem_of(bracket, true), [true.compose(about_z)], nowhere)
     assert found[0].pose.error_to(true).within(1.0, 0.01)
 
 
@@ -125,7 +125,7 @@ def test_a_side_that_many_turns_fit_leaves_room_for_the_other(tmp_path: Path) ->
     flip = matrix_of(np.array([0.0, math.pi, 0.0]))
     over = true.compose(Pose.from_matrix(flip, np.array([0.0, 0.0, flat]) - flip @ [0.0, 0.0, flat]))
     starts = [over.compose(turn) for turn in about] + [true.compose(about[2])]
-    found = of_most_evidence(problem_of(model, true), starts, 5, nowhere)
+    found = of_most_evidence(problem_of(model, true), starts, nowhere)
     assert found[0].pose.error_to(true).within(1.0, 0.01)
 
 
@@ -135,7 +135,7 @@ def test_all_turns_of_a_gear_are_found_when_its_key_seat_is_not_seen() -> None:
     true, teeth = tilted(model, 75.0, 300.0), 40
     turns = [matrix_of(np.array([0.0, 0.0, 2.0 * math.pi * k / teeth])) for k in range(teeth)]
     turned = [true.compose(Pose.from_matrix(turn, np.zeros(3))) for turn in turns]
-    found = [one.pose for one in of_most_evidence(problem_of(model, true), [turned[7]], 1, nowhere)]
+    found = [one.pose for one in of_most_evidence(problem_of(model, true), [turned[7]], nowhere)]
     listed = [any(pose.error_to(one).within(1.0, 0.01) for pose in found) for one in turned]
     assert listed[0]
     assert sum(listed) > 0.8 * teeth
@@ -153,5 +153,5 @@ def test_a_pipe_is_turned_by_what_its_nut_allows() -> None:
     turn = matrix_of(np.array([math.radians(100.0), 0.0, 0.0])) @ matrix_of(np.array([0.0, 0.0, 0.4]))
     true = Pose.from_matrix(turn, np.array([0.0, 0.0, 0.45]) - turn @ model.middle)
     wrong = true.compose(Pose(np.radians([0.0, 0.0, 60.0]), np.zeros(3)))
-    found = of_most_evidence(problem_of(model, true), [wrong], 1, nowhere)
+    found = of_most_evidence(problem_of(model, true), [wrong], nowhere)
     assert found[0].pose.error_to(true).within(1.0, 0.01)
