@@ -48,7 +48,7 @@ def _surface(body: Body) -> tuple[Flags, Floats, Ints]:
     return inside, normals, face
 
 
-def attached_shadow_set(body: Body, lights: int, seed: int = 0) -> tuple[list[Grey], Flags]:
+def attached_shadow_set(body: Body, lights: int) -> tuple[list[Grey], Flags]:
     """Images of a body, one light each from all round, and its true edges.
 
     Returns
@@ -59,7 +59,7 @@ def attached_shadow_set(body: Body, lights: int, seed: int = 0) -> tuple[list[Gr
         bool (240, 320), outline and folds.
     """
     inside, normals, face = _surface(body)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     elevation = np.deg2rad(LIGHT_ELEVATION_DEG)
     images = []
     for number in range(lights):

@@ -103,7 +103,7 @@ class Studio:
         )
 
 
-def stack_studio(folder: Path, sun: float | None = None, seed: int = 0) -> Studio:
+def stack_studio(folder: Path, sun: float | None = None) -> Studio:
     """A light stack with a true pose; ``sun`` instead of its own ambient_scale."""
     stack = load_stack(folder)
     if sun is not None:
@@ -115,7 +115,7 @@ def stack_studio(folder: Path, sun: float | None = None, seed: int = 0) -> Studi
         raise ValueError(f"{folder} has no true pose to compare with")
     return Studio(
         name=folder.name,
-        device=Replay(stack, seed),
+        device=Replay(stack, 0),
         camera=Camera.from_dict(msgspec.to_builtins(stack.table.camera)),
         model=load_model(folder / target.model, target.unit),
         true=Pose.of(target.true_pose),

@@ -170,7 +170,7 @@ def rows(case: Case, mine: Field, other: Field, masks: dict[str, Flags]) -> list
     return out
 
 
-def drawn(case: Case, mine: Field, other: Field, file: Path) -> None:
+def drawn(mine: Field, other: Field, file: Path) -> None:
     """The two images and their difference, side by side, cut to the target."""
     mpl.use("Agg")
     from matplotlib import pyplot as plt
@@ -210,7 +210,7 @@ def main(
             with tempfile.TemporaryDirectory() as scratch:
                 other = theirs(case, placed, Path(scratch))
             print("\n".join(rows(case, mine, other, regions(placed, other))), flush=True)
-            drawn(case, mine, other, out / f"{case.name}.png")
+            drawn(mine, other, out / f"{case.name}.png")
 
 
 if __name__ == "__main__":

@@ -25,7 +25,7 @@ from vision_server.trust.judgement import Estimate
 from vision_server.trust.probability import quality
 
 # By hand: a search costs as much as an estimate. Of so many searches that are not believed in a row, one
-# looks without a pose to start from. A lost target is searched in each frame, a followed one in each sixth.
+# looks without a pose to start from. A lost target is searched in each frame, a followed one in each fifth.
 EVERYWHERE_AFTER, EVERYWHERE_FOLLOWED_AFTER = 6, 4
 WIDENED_TIMES, WIDEST_TIMES = 1.25, 2.5  # times the range, with each frame that found nothing, and at most
 FARTHER = 1.6  # than it was last seen, or nearer, it may be when it is looked for everywhere

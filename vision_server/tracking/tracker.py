@@ -137,7 +137,7 @@ class Tracker:
             if found.belief(0.0) >= acceptance.STAYS:
                 self._rivals.weigh(found, lambda pose: self._sight.near(pixels, pose, self._habits))
             if self._history.doubted < LOOKED_AT_ANEW or self._is_believed(found, self._innovation(found)):
-                return self._taken(pixels, found)
+                return self._taken(found)
         return self._searched(pixels, found if held else None)
 
     def _followed(self, pixels: Pixels, expected: Motion) -> Found | None:
@@ -189,7 +189,7 @@ class Tracker:
         probable = acceptance.is_probable(found, self._rivals, self._history.believed)
         return probable and innovation.squared <= SURPRISING_CHI2
 
-    def _taken(self, pixels: Pixels, found: Found) -> Seen:
+    def _taken(self, found: Found) -> Seen:
         """A pose that was followed is this frame's: the motion goes on from it."""
         assert self._motion is not None
         history = self._history
@@ -248,10 +248,10 @@ class Tracker:
             found = self._sight.near(pixels, estimate.pose, self._habits)
         found = found if found is not None and found.is_at(estimate.pose) else None
         if followed is not None and (found is None or found.quality <= followed.quality):
-            return self._kept(pixels, followed, estimate, found)
+            return self._kept(followed, estimate, found)
         return self._adopted(pixels, estimate, found) if promising else self._lost()
 
-    def _kept(self, pixels: Pixels, followed: Found, estimate: Estimate, found: Found | None) -> Seen:
+    def _kept(self, followed: Found, estimate: Estimate, found: Found | None) -> Seen:
         """The followed pose stays, as a search finds none that is better; what it finds may be this one."""
         history, same = self._history, followed.is_at(estimate.pose)
         belief = acceptance.found_belief(estimate, found)
@@ -259,7 +259,7 @@ class Tracker:
         believed = stays or (self._searches.believe(estimate, found, self._rivals.unasked) and same)
         history.search_believed = believed
         history.believed = believed and acceptance.are_unlikely(self._rivals)
-        return self._taken(pixels, followed)
+        return self._taken(followed)
 
     def _lost(self) -> Seen:
         """There is no pose."""
