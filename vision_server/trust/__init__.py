@@ -43,4 +43,8 @@ What says how good a pose is, from the plainest to what is told:
 ``probability``             0 to 1, of `likely`        of each pose of a first sight: its share of the
                                                        evidence, times ``confidence``
 ==========================  =========================  =====================================================
+
+From which of these on a pose counts as sure is decided elsewhere: of a session by `domain/reasoning/merit.pl`,
+with the same limit in `pipeline.SURE_SCORE`; of a frame by `tracking.acceptance`; of a pose from elsewhere by
+`tracking.referee`.
 """
