@@ -6,8 +6,8 @@ believed and sure; `tracker` asks for them, and for what else has to hold: `narr
 `rivals`, `turning` (how far it can have turned) and `strain` (a model that is too long).
 
 *A pose in it*: `frame` makes the problem of one frame, `lines` say where each line lies, `fitting` puts them
-together. `beside`, `outermost` and `repeated` are about which edges are the target's; `softness` about their
-blur.
+together. `beside`, `outermost` and `repeated_lines` are about which edges are the target's; `softness` about
+their blur.
 
 *From frame to frame*: `motion` (the filter), `history`, `usual` (what each light shows), `clock`.
 

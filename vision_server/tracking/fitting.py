@@ -44,7 +44,7 @@ from vision_server.tracking.lines import (
     united,
 )
 from vision_server.tracking.motion import about
-from vision_server.tracking.repeated import offsets_of, repetition, sums_of_rows
+from vision_server.tracking.repeated_lines import offsets_of, repetition, sums_of_rows
 
 Information = tuple[float, float]
 """What lines tell of the radius: the precision, 1/m^2, and that times the radius."""
@@ -63,7 +63,7 @@ LEARNT_SHARE = 0.02  # of what a frame tells, as the errors of the next frame ar
 MOST_SEEN_LINES = 12.0  # lines that all that was learnt counts as, at most
 FIRST_OFF_PX, FIRST_SEEN_LINES = 0.2, 4.0  # what a new target's lines are off, and how many lines say so
 LEAST_FREE = 0.2  # of a residual's variance, the share that the fit is taken to leave at least
-COMMON_SHARE = 0.7  # of off^2, what the lines of a row (`repeated`) share: of a film of slots 0.66
+COMMON_SHARE = 0.7  # of off^2, what the lines of a row (`repeated_lines`) share: of a film of slots 0.66
 LEAST_LINES = 4  # that hold a pose and tell what lines are off: a pose takes three
 FARTHEST_SIGMAS = 30.0  # beyond these, a normal's tail has no number
 WIDER_BY = 25.0  # a covariance is wider by this over the numbers that its variance is from, and one

@@ -18,7 +18,7 @@ The way of an estimate, with what each step makes of a pose (`vision_server.pipe
    how sure the pose is. It makes the `Estimate`.
 
 `support` is of the lines that are seen: `coincident` ones are one, and what hides one hides those beside it
-(`hidden_together`). `places` tells poses at different places of an image apart, as of two equal parts.
+(`hidden_together`). `equal_parts` tells poses at different places of an image apart.
 `roundness` says whether a part has its model's facets.
 
 What says how good a pose is, from the plainest to what is told:
@@ -44,7 +44,7 @@ What says how good a pose is, from the plainest to what is told:
                                                        evidence, times ``confidence``
 ==========================  =========================  =====================================================
 
-From which of these on a pose counts as sure is decided elsewhere: of a session by `domain/reasoning/merit.pl`,
-with the same limit in `pipeline.SURE_SCORE`; of a frame by `tracking.acceptance`; of a pose from elsewhere by
+How much of these makes a pose sure is decided elsewhere: of a session by `domain/reasoning/merit.pl`, with
+the same limit in `pipeline.SURE_SCORE`; of a frame by `tracking.acceptance`; of a pose from elsewhere by
 `tracking.referee`.
 """

@@ -19,8 +19,8 @@ from geometry.turns import (
 )
 from numerics.two_cores import each
 from vision_server.pose.observation import PoseProblem
+from vision_server.trust.equal_parts import A_PART_NATS, apart
 from vision_server.trust.other_hand import Matcher
-from vision_server.trust.places import A_PART_NATS, apart
 from vision_server.trust.ranking import (
     COARSE_LACK_NATS,
     COARSENING,

@@ -12,7 +12,7 @@ from geometry.rotation import cross_matrix
 from geometry.symmetries import Symmetry
 from geometry.turns import turned_about
 from numerics.arrays import Flags, Floats
-from vision_server.trust.places import as_rival
+from vision_server.trust.equal_parts import as_rival
 from vision_server.trust.probability import RIVAL_NATS
 
 # Chosen by hand: three times what makes a pose wrong, so that two fits of one look are told as one.

@@ -15,7 +15,7 @@ from geometry.symmetries import Symmetry
 from numerics.two_cores import each
 from vision_server.pose.covariance import pose_covariance, uncertainty
 from vision_server.trust.alternatives import distinct_of, shares, without_free_turn
-from vision_server.trust.places import apart
+from vision_server.trust.equal_parts import apart
 from vision_server.trust.probability import confidence
 from vision_server.trust.ranking import Refined
 from vision_server.trust.settling import Settled, settled

@@ -10,8 +10,8 @@ from geometry.pose import Pose
 from geometry.symmetries import Symmetry
 from geometry.turns import free_turns
 from vision_server.trust.alternatives import image_of
+from vision_server.trust.equal_parts import apart, as_rival
 from vision_server.trust.likely import Likely
-from vision_server.trust.places import apart, as_rival
 from vision_server.trust.ranking import COARSE_LACK_NATS, COARSENING, Refined
 from vision_server.trust.support import PoseSupport, support_at
 from vision_server.trust.told_apart import evidence_apart

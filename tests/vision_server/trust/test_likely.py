@@ -13,8 +13,8 @@ from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photogra
 from vision_server.pose.observation import PoseProblem
 from vision_server.trust import likely, rivals
 from vision_server.trust.alternatives import LEAST_LISTED_CHANCE, distinct_of, listed, shares
+from vision_server.trust.equal_parts import A_PART_NATS
 from vision_server.trust.likely import likely_of
-from vision_server.trust.places import A_PART_NATS
 from vision_server.trust.probability import RIVAL_NATS
 from vision_server.trust.ranking import Refined, refined
 from vision_server.trust.rivals import rivals_at_first_sight

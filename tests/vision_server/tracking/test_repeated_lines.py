@@ -7,7 +7,7 @@ from geometry.model import Model
 from numerics.arrays import Floats, Ints
 from vision_server.tracking.fitting import Habits, solved
 from vision_server.tracking.lines import LineFits
-from vision_server.tracking.repeated import repetition
+from vision_server.tracking.repeated_lines import repetition
 
 ROW, ALONE = 20, 8  # lines
 COMMON_PX, OWN_PX = 0.35, 0.1

@@ -13,7 +13,7 @@ from geometry.rotation import matrix_of
 from tests.vision_server.synthetic import one_image
 from vision_server.matching import Anywhere
 from vision_server.pipeline import estimate_pose
-from vision_server.trust.places import A_PART_NATS, apart, as_rival
+from vision_server.trust.equal_parts import A_PART_NATS, apart, as_rival
 
 CAMERA = Camera(640, 480, 768.0, 768.0, 319.5, 239.5)
 TURNS = np.array([0.5, 2.4, 0.3]), np.array([2.2, 0.4, 0.5])

@@ -1,4 +1,4 @@
-"""Where in the image poses have the target: those that are apart may both be right, of two equal parts."""
+"""Several equal parts in one image: poses that have the target at places apart may all be right."""
 
 from __future__ import annotations
 
