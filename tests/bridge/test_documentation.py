@@ -15,6 +15,7 @@ from bridge.messages import EVENT_ARGS, EventName
 from bridge.mock_script import apply_script
 from bridge.mocks import MockImageServer, MockVisionServer
 from bridge.vision_messages import VISION_OPERATIONS, EstimateResult
+from vision_server.serve.parameters import CHECKS, SEED_POSE
 
 pytestmark = pytest.mark.slow
 
@@ -33,6 +34,11 @@ def test_every_operation_and_field_is_described(text: str) -> None:
                 assert f"`{field}`" in text
             for field in getattr(result, "__struct_fields__", ()):
                 assert f"`{field}`" in text or f'"{field}"' in text, f"{op} tells {field}"
+
+
+def test_every_parameter_is_described(text: str) -> None:
+    table = text.partition("#### Parameters")[2].partition("####")[0]
+    assert [name for name in (*CHECKS, SEED_POSE) if f"`{name}`" not in table] == []
 
 
 def test_every_error_code_is_described(text: str, root: Path) -> None:
