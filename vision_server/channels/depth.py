@@ -1,4 +1,4 @@
-"""Images of more than eight bits a pixel.
+"""Bit depth: images of more than eight bits a pixel, and how many of these they use.
 
 Grey counts from 0 to 255 whatever the depth: an image of 8 bits is uint8, a deeper one uint16 with 257 to a
 grey, and one of a float file float32 with its fractions. Where grey only chooses an entry of a table (noise,
