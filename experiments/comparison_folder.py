@@ -21,10 +21,11 @@ from experiments.comparison import (
     strategies_grid,
 )
 from experiments.deciding import deciding_grid, deciding_rows, make_reports
+from experiments.description import read_description
 from experiments.outcomes import outcomes_of
 from experiments.plots import draw_all
 from experiments.renewed import renew
-from experiments.table import read_description, read_rows
+from experiments.table import read_rows
 
 MARKDOWN = "comparison.md"
 WIDTH = 170  # characters, where there is no terminal

@@ -64,7 +64,7 @@ def run_plan(
     DeviceError : the disk or the workers failed for good; rows so far are safe.
     """
     version = code_version()
-    table = ResultsTable(out, plan.description, version)
+    table = ResultsTable(out, plan.description, version, again)
     try:
         finished = table.finished(without_failed=again)
         missing = sum(cell.key not in finished for cell in plan.cells())

@@ -16,8 +16,9 @@ from markupsafe import Markup
 from bridge.errors import DeviceError
 from bridge.whole_file import replaced
 from experiments.comparison import Grid, differences_grid, head, strategies_grid
+from experiments.description import read_description
 from experiments.outcomes import Outcomes, outcomes_of
-from experiments.table import read_description, read_rows
+from experiments.table import read_rows
 from experiments.version import ROOT
 
 PAGE = "results.html"

@@ -11,6 +11,7 @@ import os
 import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,29 +22,15 @@ import pyarrow.parquet as pq
 
 from bridge.errors import BadInput, DeviceError
 from bridge.whole_file import replaced
+from experiments.description import DESCRIPTION, OURS, agreed, read_description
 from experiments.kinds import COLUMNS, KINDS, Row
-from experiments.plan import PlanSettings
-from stack.tables import plain_message
 
-FORMAT = 1
-RESULTS, JOURNAL, DESCRIPTION, LOCK = "results.parquet", "rows.jsonl", "plan.json", ".lock"
+RESULTS, JOURNAL, LOCK = "results.parquet", "rows.jsonl", ".lock"
 LEAST_MERGED = 10_000  # rows in the journal; then half of the table's, so that merging costs little in all
 SYNC_S = 2.0  # between two waits for the disk: what a power failure may cost
 FAILED = ("failed", "deadline")
 ORDER = ("controller", "stack", "target", "scenario", "condition", "pose", "seed")
-OURS = "Give the folder that a run has written, as it was written."
 TYPES = {str: pa.string(), int: pa.int64(), float: pa.float64()}
-
-
-class _Description(msgspec.Struct):
-    """What must be told of a table."""
-
-    plan: str
-    version: str
-    controllers: list[str]
-    cells: int
-    settings: PlanSettings
-    sources: dict[str, dict[str, Any]]
 
 
 def schema_of(kind: str) -> pa.Schema:
@@ -59,13 +46,17 @@ class ResultsTable:
     folder : made when it is not there.
     description : of the plan, with its settings.
     version : of the code that computes the rows.
+    again : cells that failed are computed once more.
 
     Raises
     ------
-    BadInput : the folder cannot be used, is in use, or holds rows of other settings or of another version.
+    BadInput : the folder cannot be used, is in use, or holds rows of other settings, of another version, or
+        of files that say something else now.
     """
 
-    def __init__(self, folder: Path, description: Mapping[str, Any], version: str) -> None:
+    def __init__(
+        self, folder: Path, description: Mapping[str, Any], version: str, again: bool = False
+    ) -> None:
         self.folder = folder
         self._schema = schema_of(description["settings"]["kind"])
         try:
@@ -80,7 +71,9 @@ class ResultsTable:
             os.close(self._lock)
             raise BadInput(f"Another run writes to {folder}.", "Wait, or name another folder.") from None
         try:
-            self.description = _agreed(folder, description, version)
+            if not (folder / DESCRIPTION).exists() and (folder / RESULTS).exists():
+                raise BadInput(f"{folder} holds {RESULTS} but no {DESCRIPTION}.", "Name another folder.")
+            self.description = agreed(folder, description, version, partial(_check_changed, folder, again))
             self._journal = os.open(folder / JOURNAL, os.O_RDWR | os.O_CREAT, 0o644)
             self._open_journal()
         except BaseException:
@@ -179,59 +172,17 @@ def _check_is_ours(folder: Path) -> None:
         )
 
 
-def _agreed(folder: Path, description: Mapping[str, Any], version: str) -> dict[str, Any]:
-    """The description that the folder's rows have from now on; the one it has must fit."""
-    mine = {"format": FORMAT, "version": version, **description}
-    file = folder / DESCRIPTION
-    if not file.exists() and (folder / RESULTS).exists():
-        raise BadInput(f"{folder} holds {RESULTS} but no {DESCRIPTION}.", "Name another folder.")
-    if file.exists():
-        theirs = read_description(folder)
-        if theirs["version"] != version:
-            raise BadInput(
-                f"{folder} holds rows of version {theirs['version']}; this is {version}.",
-                "Rows of two versions are not compared: name another folder, or check out that version.",
-            )
-        for key, value in theirs["settings"].items():
-            said = mine["settings"].get(key)
-            if value != said and key != "deadline_s":
-                raise BadInput(
-                    f"{folder} holds cells with {key} = {value}; this plan says {said}.",
-                    "Name another folder.",
-                )
-    try:
-        with replaced(file) as new:
-            new.write_text(json.dumps(mine, indent=1) + "\n", encoding="utf-8")
-    except OSError as error:
-        raise DeviceError(f"Cannot write to {folder}: {error.strerror}.", "Nothing was run.") from None
-    return mine
-
-
-def read_description(folder: Path) -> dict[str, Any]:
-    """What the table in a folder is of.
-
-    Raises
-    ------
-    BadInput : there is none, or one of a format that this version does not read.
-    """
-    file = folder / DESCRIPTION
-    try:
-        found: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        table_format = found["format"]
-    except (OSError, ValueError, KeyError, TypeError):
-        raise BadInput(f"{folder} holds no experiment.", "Name the --out folder of a run.") from None
-    if table_format != FORMAT:
+def _check_changed(folder: Path, again: bool, axis: str, name: str) -> None:
+    """Raise BadInput where rows stay of what a name on an axis stood for before."""
+    rows = read_rows(folder)
+    rows = rows.filter(pc.equal(rows[axis.removesuffix("s")], name))
+    failed = pc.all(pc.is_in(rows["status"], pa.array(FAILED))).as_py()
+    if rows.num_rows and not (again and failed):
         raise BadInput(
-            f"The table in {folder} has format {table_format}; this version reads format {FORMAT}.",
-            "Name another folder, or use the version that wrote it.",
-        )
-    try:
-        kind = msgspec.convert(found, _Description).settings.kind
-    except msgspec.ValidationError as error:
-        raise BadInput(f"{file}: {plain_message(str(error))}", OURS) from None
-    if kind not in KINDS:
-        raise BadInput(f"{file}: there is no kind {kind!r}.", OURS)
-    return found
+            f"{folder} holds rows of the {axis.removesuffix('s')} {name!r} as it was; it has been changed.",
+            "All of them failed: --again computes them once more." if failed
+            else "Rows of both are not compared: name another folder, or change it back.",
+        )  # fmt: skip
 
 
 def _checked_results(file: Path, schema: pa.Schema) -> pq.ParquetFile:

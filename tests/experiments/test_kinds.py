@@ -13,9 +13,10 @@ from bridge.messages import Settings
 from experiments import comparison_folder
 from experiments.comparison_folder import compare_table
 from experiments.computing import rows_of
+from experiments.description import read_description
 from experiments.page import write_page
 from experiments.plan import Cell, read_plan
-from experiments.table import ResultsTable, read_description, read_rows
+from experiments.table import ResultsTable, read_rows
 from experiments.version import code_version
 from image_server.simulator.scenario import SCENARIOS
 from image_server.simulator.simulator import Simulator

@@ -12,8 +12,9 @@ import pyarrow.parquet as pq
 import pytest
 
 from bridge.errors import BadInput, DeviceError
+from experiments.description import DESCRIPTION
 from experiments.plan import read_plan
-from experiments.table import DESCRIPTION, JOURNAL, RESULTS, ResultsTable, read_rows
+from experiments.table import JOURNAL, RESULTS, ResultsTable, read_rows
 from tests.experiments.experiment import EMPTY, plan_file
 
 
@@ -82,6 +83,58 @@ def test_another_threshold_is_refused_and_more_seeds_are_not(tmp_path: Path) -> 
     opened(tmp_path, text=EMPTY.format(last=50)).close()
     with pytest.raises(BadInput, match=r"holds cells with threshold = None; this plan says 0\.5"):
         opened(tmp_path, text=EMPTY.format(last=20) + "threshold = 0.5\n")
+
+
+CHANGING = """kind = "empty"
+controllers = ["a"]
+targets = ["cube", "mine.cao"]
+scenarios = ["nominal", "mine.toml"]
+[[conditions]]
+name = "dim"
+ambient_scale = {ambient}
+"""
+CUBE = Path(__file__).resolve().parents[2] / "targets" / "cube.cao"
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ("mine.cao", "target 'mine'"),
+        ("mine.toml", "(target|scenario) 'mine'"),  # how the target looks, too
+        ("plan.toml", "condition 'dim'"),
+    ],
+)
+def test_what_is_another_than_in_the_rows_is_refused(tmp_path: Path, changed: str, said: str) -> None:
+    def opened_with(edition: int, again: bool = False) -> ResultsTable:
+        texts = {"mine.cao": CUBE.read_text(), "mine.toml": "", "plan.toml": CHANGING.format(ambient=0.5)}
+        another = (
+            CHANGING.format(ambient=edition) if changed == "plan.toml" else f"{texts[changed]}# {edition}\n"
+        )
+        for file, text in (texts | {changed: another}).items():
+            (tmp_path / file).write_text(text)
+        return ResultsTable(tmp_path / "out", read_plan(tmp_path / "plan.toml").description, "v", again)
+
+    opened_with(1).close()
+    table = opened_with(2)  # there are no rows
+    cells = read_plan(tmp_path / "plan.toml").cells()
+    failed = [{**cell.names(), "status": "failed", "key": cell.key} for cell in cells]
+    table.append(failed)
+    table.close()
+    with pytest.raises(BadInput, match=f"{said} as it was; it has been changed. All of them failed: --again"):
+        opened_with(3)
+    table = opened_with(3, again=True)
+    table.append([{**row, "status": "empty"} for row in failed])
+    table.close()
+    opened_with(3).close()
+    with pytest.raises(BadInput, match=f"{said} as it was; it has been changed. Rows of both"):
+        opened_with(4, again=True)
+
+
+def test_what_a_plan_no_longer_names_is_still_told(tmp_path: Path) -> None:
+    opened(tmp_path, text='kind = "empty"\ncontrollers = ["a", "b"]\ntargets = "cube"\n').close()
+    table = opened(tmp_path, text='kind = "empty"\ncontrollers = ["b"]\ntargets = "fixture"\n')
+    assert table.description["sources"]["controllers"] == {"a": "a", "b": "b"}
+    assert table.description["sources"]["targets"] == {"cube": "cube", "fixture": "fixture"}
 
 
 def test_another_format_is_refused(tmp_path: Path) -> None:
