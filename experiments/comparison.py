@@ -15,6 +15,7 @@ from experiments.statistics import IntervalEstimate, cells_needed, exact_interva
 from numerics.arrays import Floats
 
 SHARES = ("right", "tight", "trusted", "false")
+JUDGED = ("right", "tight", "false")  # by the true pose
 SESSION = (*SHARES, "images", "images to trust", "seconds to trust")
 MEASURES: dict[str, tuple[str, ...]] = {
     "session": SESSION,
@@ -57,7 +58,8 @@ class Grid:
 def measure(outcomes: Outcomes, strategy: int, name: str) -> Floats:
     """Outcomes of a strategy as a matrix of scenes by seeds."""
     if name in SHARES:
-        return outcomes.matrix(strategy, getattr(outcomes, name))
+        among = outcomes.told if name in JUDGED else None
+        return outcomes.matrix(strategy, getattr(outcomes, name), among)
     column, _, only_trusted = name.partition(" to ")
     return outcomes.matrix(
         strategy, outcomes.columns[column], among=outcomes.trusted if only_trusted else None
@@ -78,8 +80,16 @@ def strategies_grid(outcomes: Outcomes) -> Grid:
         "Strategies",
         ["strategy", "n", *(f"{name}, %" if name in SHARES else name for name in MEASURES[outcomes.kind])],
         rows,
-        WHAT_IS_SHOWN if outcomes.kind in POSES else "Means, with intervals that resample scenes and seeds.",
+        _what_is_shown(outcomes),
     )
+
+
+def _what_is_shown(outcomes: Outcomes) -> str:
+    if outcomes.kind not in POSES:
+        return "Means, with intervals that resample scenes and seeds."
+    untold = int((~outcomes.told).sum())
+    left_out = f" Of {untold} rows no true pose is known: they are not among right, tight and false."
+    return WHAT_IS_SHOWN + (left_out if untold else "")
 
 
 def differences_grid(outcomes: Outcomes) -> Grid:
@@ -122,6 +132,8 @@ def scenes_grid(outcomes: Outcomes) -> Grid:
             chosen = (place == number) & (outcomes.strategy_of == strategy)
             flags = (outcomes.right, outcomes.trusted, outcomes.false)
             counts = " / ".join(str(int((chosen & flag).sum())) for flag in flags)
+            if not outcomes.told[chosen].all():  # of all seeds of a scene or of none
+                counts = f"- / {int((chosen & outcomes.trusted).sum())} / -"
             cells.append(f"{counts} of {int(chosen.sum())}" if chosen.any() else "")
         rows.append(cells)
     return Grid("Scenes", ["scene", *outcomes.strategies], rows, "right / trusted / false of n cells.")
@@ -159,7 +171,7 @@ def scores_grid(outcomes: Outcomes) -> Grid:
     rows = []
     found = outcomes.status == "estimated"
     for number, strategy in enumerate(outcomes.strategies):
-        mine = found & (outcomes.strategy_of == number)
+        mine = found & outcomes.told & (outcomes.strategy_of == number)
         right, wrong = mine & outcomes.right, mine & ~outcomes.right
         for least in SCORES:
             passing = outcomes.columns["score"] >= least

@@ -31,6 +31,7 @@ class Outcomes:
     groups : the same without poses.
     strategy_of, scene_of, seed_of : for each row of the table, numbers of those; a seed that draws the scene
         has no column of its own.
+    stack_of : the same of stacks; the simulator counts as one.
     """
 
     kind: str
@@ -40,6 +41,7 @@ class Outcomes:
     strategy_of: Ints
     scene_of: Ints
     seed_of: Ints
+    stack_of: Ints
     columns: dict[str, Floats]
     status: NDArray[np.str_]
 
@@ -62,6 +64,12 @@ class Outcomes:
     def false(self) -> Flags:
         """Trusted and not right."""
         return self.trusted & ~self.right
+
+    @cached_property
+    def told(self) -> Flags:
+        """The stack has a true pose, for each row: none of its poses is without an error."""
+        untold = np.isfinite(self.columns["rms_px"]) & np.isnan(self.columns["rotation_deg"])
+        return ~np.isin(self.stack_of, self.stack_of[untold])
 
     def _within(self, limits: tuple[float, float]) -> Flags:
         with np.errstate(invalid="ignore"):
@@ -105,6 +113,7 @@ def outcomes_of(table: pa.Table, kind: str, order: Sequence[str]) -> Outcomes:
         np.argsort(places)[strategy_of] if places else strategy_of,
         scene_of,
         np.searchsorted(used, seed_of),
+        _numbered(table, ["stack"])[0],
         {name: _floats(table[name]) for name in (*NUMBERS, *KINDS[kind].columns)},
         np.asarray(table["status"].to_numpy(zero_copy_only=False), dtype=np.str_),
     )

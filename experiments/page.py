@@ -82,6 +82,7 @@ def _data(outcomes: Outcomes, seeds: np.ndarray[Any, np.dtype[np.int64]]) -> str
             "scene": _packed(outcomes.scene_of, "<u4"),
             "seed": _packed(seeds, "<f8"),
             "status": _packed(status, "<u2"),
+            "told": _packed(outcomes.told, "u1"),
             "images": _packed(np.nan_to_num(outcomes.columns["images"]), "<u2"),
             "rotation": _packed(outcomes.columns["rotation_deg"], "<f4"),
             "translation": _packed(100.0 * outcomes.columns["translation_fraction"], "<f4"),

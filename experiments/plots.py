@@ -61,7 +61,7 @@ def trust_by_images(outcomes: Outcomes, figure: Figure) -> None:
     axes = figure.subplots()
     most = int(np.nanmax(outcomes.columns["images"], initial=1))
     for number, strategy in enumerate(outcomes.strategies):
-        mine = outcomes.strategy_of == number
+        mine = outcomes.told & (outcomes.strategy_of == number)
         good = mine & outcomes.trusted & outcomes.right
         counts = [float((good & (outcomes.columns["images"] <= i)).sum()) for i in range(most + 1)]
         axes.step(range(most + 1), 100 * np.array(counts) / max(1, mine.sum()), where="post",
@@ -76,7 +76,7 @@ def errors(outcomes: Outcomes, figure: Figure) -> None:
               ("translation_fraction", 100.0, "translation error, % of range", (1.0, 0.2)))  # fmt: skip
     for axes, (column, scale, label, limits) in zip(figure.subplots(1, 2, sharey=True), panels, strict=True):
         for number, strategy in enumerate(outcomes.strategies):
-            mine = scale * outcomes.columns[column][outcomes.strategy_of == number]
+            mine = scale * outcomes.columns[column][outcomes.told & (outcomes.strategy_of == number)]
             known = np.sort(mine[np.isfinite(mine)])
             axes.step(known, 100 * np.arange(1, len(known) + 1) / max(1, len(mine)), where="post",
                       label=strategy, color=colour(number))  # fmt: skip
@@ -124,10 +124,10 @@ def shares_by_group(outcomes: Outcomes) -> tuple[list[str], Floats]:
     groups = list(dict.fromkeys(outcomes.groups))
     known = {group: number for number, group in enumerate(groups)}
     place = np.array([known[group] for group in outcomes.groups])[outcomes.scene_of]
-    index = place * len(outcomes.strategies) + outcomes.strategy_of
+    index = (place * len(outcomes.strategies) + outcomes.strategy_of)[outcomes.told]
     size = len(groups) * len(outcomes.strategies)
     with np.errstate(invalid="ignore"):
-        flat = np.bincount(index, outcomes.right, size) / np.bincount(index, minlength=size)
+        flat = np.bincount(index, outcomes.right[outcomes.told], size) / np.bincount(index, minlength=size)
     shares = flat.reshape(len(groups), -1)
     order = np.argsort(np.nan_to_num(shares).mean(axis=1), kind="stable")[:MOST_SCENES]
     return [groups[number] for number in order], shares[order]

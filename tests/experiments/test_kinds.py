@@ -16,7 +16,7 @@ from experiments.computing import rows_of
 from experiments.description import read_description
 from experiments.page import write_page
 from experiments.plan import Cell, read_plan
-from experiments.table import ResultsTable, read_rows
+from experiments.table import JOURNAL, ResultsTable, read_rows
 from experiments.version import code_version
 from image_server.simulator.scenario import SCENARIOS
 from image_server.simulator.simulator import Simulator
@@ -149,6 +149,23 @@ def test_a_comparison_says_who_is_better_where_and_how_sure(
     shown = capsys.readouterr().out
     assert "heuristic − simple" in shown
     assert "…" not in shown  # no cell is cut, however narrow the terminal
+
+
+def test_scenes_without_a_true_pose_are_neither_right_nor_false(tmp_path: Path) -> None:
+    out = made_up(tmp_path)
+    lines = (out / JOURNAL).read_text().splitlines(keepends=True)
+    errors = re.compile('("rotation_deg"|"translation_fraction"):[0-9.]+')
+    for number, line in enumerate(lines):
+        if '"pose":3,' in line:
+            untold = errors.sub(r'\1:null,"rms_px":1.0', line, 1)
+            lines[number] = untold.replace('"stack":null', '"stack":"mine"')
+    (out / JOURNAL).write_text("".join(lines))
+    compare_table(out, tmp_path / "compared")
+    text = (tmp_path / "compared" / "comparison.md").read_text()
+    assert "Of 6 rows no true pose is known" in text
+    assert "| heuristic − simple | right | 27 in 9 | +" in text
+    assert "| heuristic − simple | trusted | 30 in 10 | +" in text
+    assert re.search(r"\| heuristic \| 30 \| 100\.0 [^|]*\|[^|]*\| 100\.0 [^|]*\| 0\.0 ", text)
 
 
 @pytest.mark.slow
