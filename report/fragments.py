@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+import shlex
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -84,7 +85,7 @@ def fragments(folder: Path, state: State, token: str) -> dict[str, str]:
     support = support_of(result.lines) or (support_of(last.lines) if last else None)
     values: dict[str, Any] = {
         "state": state,
-        "folder": folder,
+        "folder": shlex.quote(str(folder)),
         "verdict": verdict_of(result) if state.ended else None,
         "unknown": bool(told.problem) and not state.ended,
         "result": result,

@@ -125,7 +125,8 @@ def render(folder: Path, result: Result, asked: Future[Told]) -> str:
             deviations=uncertainty_of(result.pose, result.covariance),
             range_m=range_of(result.pose) if result.pose else None,
             pose_json=msgspec.json.encode(result.pose).decode() if result.pose else "",
-            command=_command(result),
+            command=result.command,
+            again=_again(folder, result),
             files=[name for name in FILES if (folder / name).is_file()],
             close_up_px=CLOSE_UP_PX,
             svg=Markup,
@@ -234,7 +235,8 @@ def _size(scene: Scene, pictures: list[Picture]) -> tuple[int, int]:
     return (shapes[0][1], shapes[0][0]) if shapes else (4, 3)
 
 
-def _command(result: Result) -> str:
-    if isinstance(result.command, list):
-        return shlex.join(result.command)
-    return result.command or ""
+def _again(folder: Path, result: Result) -> str:
+    """The command that does the session again: its own may name a folder that is in use now."""
+    if not result.command or not (folder / "session.pl").is_file():
+        return ""
+    return f"{result.command.partition(' -')[0]} --again {shlex.quote(str(folder.resolve()))}"

@@ -19,11 +19,12 @@
 :- use_module(folder/result).
 :- use_module(folder/run_folder, [run_file/3]).
 :- use_module(folder/session_file, [file_sha256/2]).
+:- use_module(installation, [installed_command/0]).
 :- use_module(times, [session_seconds/1]).
 :- use_module('../domain/reasoning/instead', [instead_image/2]).
 :- use_module('../indigolog/indigolog').
 :- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(apply), [foldl/4]).
+:- use_module(library(apply), [foldl/4, maplist/3]).
 :- use_module(library(lists), [member/2, nth0/3]).
 :- use_module(library(option), [option/2]).
 :- use_module(library(solution_sequences), [limit/2]).
@@ -183,7 +184,19 @@ with_estimated_with(_, _, Result, Result).
 
 command_line(Command) :-
     current_prolog_flag(argv, Arguments),
-    atomic_list_concat(['swipl main.pl'|Arguments], ' ', Command).
+    ( installed_command -> Name = 'lights-and-camera' ; Name = 'swipl main.pl' ),
+    maplist(shell_word, Arguments, Words),
+    atomic_list_concat([Name|Words], ' ', Command).
+
+%   As a shell reads it again: what it would take apart or change stands in quotes.
+shell_word(Word, Word) :-
+    Word \== '',
+    forall(sub_atom(Word, _, 1, _, Char), ( char_type(Char, csym) ; sub_atom('-./:,=+@%', _, 1, _, Char) )),
+    !.
+shell_word(Word, Quoted) :-
+    atomic_list_concat(Parts, '\'', Word),
+    atomic_list_concat(Parts, '\'"\'"\'', Inner),
+    atomic_list_concat(['\'', Inner, '\''], Quoted).
 
                 /*******************************
                 *         EXIT STATUS          *

@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -173,6 +174,15 @@ def test_only_what_the_design_promises(make_run: RunMaker) -> None:
     text = page_of(folder).text
     assert "settings not recorded" in text
     assert "command line was not recorded" in text
+
+
+def test_the_session_can_be_done_again_by_what_the_page_says(make_run: RunMaker, tmp_path: Path) -> None:
+    folder = make_run().rename(tmp_path / "it's here")
+    assert "--again" not in page_of(folder).text
+    (folder / "session.pl").write_text("version(1).\n")
+    text = page_of(folder).text
+    assert f"swipl main.pl --again {shlex.quote(str(folder))}" in text
+    assert "begun with swipl main.pl --seed 1" in text
 
 
 def test_support_of_lines_is_shown(make_run: RunMaker) -> None:

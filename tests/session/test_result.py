@@ -2,6 +2,7 @@
 
 import json
 import math
+import shlex
 from pathlib import Path
 from typing import Any
 
@@ -56,8 +57,10 @@ def test_the_page_names_every_key() -> None:
 
 
 def test_a_session_on_the_simulator(tmp_path: Path) -> None:
-    done = served("--seed", "3", "--out", tmp_path, "--no-report", "--json", "--quiet")
-    result = checked(tmp_path)
+    folder = tmp_path / "it's $1"
+    done = served("--seed", "3", "--out", folder, "--no-report", "--json", "--quiet")
+    result = checked(folder)
+    assert str(folder) in shlex.split(result["command"])
     assert json.loads(done.stdout) == result
     assert (result["scenario"], result["stack"]) == ("nominal", None)
     assert [light["levels"] for light in result["lights"]] == [8, 8, 8]
