@@ -200,12 +200,11 @@ def _read_image(folder: Path, name: str, size: tuple[int, int], key: str) -> NDA
     file = folder / name
     if not file.is_file():
         raise BadInput(f"{folder / STACK_FILE}: {key}: there is no file {file}.")
-    image = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
+    image = cv2.imread(str(file), cv2.IMREAD_ANYDEPTH | cv2.IMREAD_ANYCOLOR)  # turned as its EXIF says
     if image is None:
         raise BadInput(f"{folder / STACK_FILE}: {key}: {file} is not an image that can be read.")
     if image.ndim == 3:
-        code = cv2.COLOR_BGRA2GRAY if image.shape[2] == 4 else cv2.COLOR_BGR2GRAY
-        image = cv2.cvtColor(image, code)
+        image = cv2.cvtColor(image, cv2.COLOR_BGR2GRAY)
     if image.shape != size:
         raise BadInput(
             f"{folder / STACK_FILE}: {key}: {file} is {image.shape[1]}×{image.shape[0]} px,"

@@ -13,6 +13,7 @@ from bridge.messages import PoseMessage, Settings
 from image_server.replay import Replay
 from stack.read import BasisStack, FramesStack, load_stack, with_conditions
 from tests.stack.stack_folders import BASIS, FRAMES, LEVELS, basis_stack, frames_stack
+from tests.turned_jpeg import write_turned_jpeg
 
 SETTINGS = Settings(lights=(3, 0), shutter_s=1 / 60, aperture=4.0)
 
@@ -70,6 +71,17 @@ def test_recorded_frames_of_sixteen_bits_keep_them(tmp_path: Path) -> None:
     cv2.imwrite(str(tmp_path / stack.table.frames[0].image), deep)
     replay = Replay(load_stack(tmp_path))
     np.testing.assert_array_equal(replay.capture(stack.table.frames[0].settings()).pixels, deep)
+
+
+def test_recorded_photographs_are_turned_as_their_camera_was_held(tmp_path: Path) -> None:
+    folder = frames_stack(tmp_path, FRAMES.replace("a.png", "a.jpg"))
+    image = np.zeros((32, 24), np.uint8)
+    image[16:] = 200
+    write_turned_jpeg(folder / "a.jpg", image)
+    seen = Replay(load_stack(folder)).capture(Settings(lights=(0, 7), shutter_s=1 / 60, aperture=4.0)).pixels
+    assert seen.shape == (24, 32)
+    assert seen[:, :12].min() > 150
+    assert seen[:, 20:].max() < 50
 
 
 def test_settings_that_were_not_recorded_name_the_nearest(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from bridge.errors import BadInput
+from tests.turned_jpeg import write_turned_jpeg
 from vision_server.channels.depth import PER_GREY, in_grey
 from vision_server.channels.image_files import read_grey, read_image_set
 
@@ -90,10 +91,7 @@ def test_the_depth_of_a_camera_is_that_of_all_its_images(tmp_path: Path, bits: i
 def test_images_are_turned_as_their_camera_was_held(tmp_path: Path) -> None:
     image = np.zeros((16, 32), np.uint8)
     image[:, 16:] = 200
-    exif = b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0\x06\0\0\0\0\0\0\0"
-    jpeg = cv2.imencode(".jpg", image)[1].tobytes()
-    tagged = jpeg[:2] + b"\xff\xe1" + (len(exif) + 2).to_bytes(2, "big") + exif + jpeg[2:]
-    (tmp_path / "a.jpg").write_bytes(tagged)
+    write_turned_jpeg(tmp_path / "a.jpg", image)
     seen = read_grey(tmp_path / "a.jpg")
     assert seen.shape == (32, 16)
     assert seen[24:].min() > 150
