@@ -203,10 +203,9 @@ class Camera:
         if missing:
             raise GeometryError(f"[camera] has no {', '.join(missing)}")
         lens = str(table.get("lens", "pinhole"))
-        distortion = table.get("distortion") or [0.0] * COEFFICIENT_COUNTS.get(lens, (5,))[0]
         try:
             fx, fy, cx, cy = (float(table[key]) for key in ("fx", "fy", "cx", "cy"))
-            coefficients = tuple(float(value) for value in distortion)
+            coefficients = tuple(float(value) for value in table.get("distortion") or cls.distortion)
             width, height = int(table["width"]), int(table["height"])
         except (TypeError, ValueError, OverflowError) as error:
             raise GeometryError(
@@ -217,6 +216,8 @@ class Camera:
                 raise GeometryError(f"camera {name} must be at most {MOST_PX:g} px, got {value:g}")
         if lens == "pinhole" and len(coefficients) == 4:
             coefficients = (*coefficients, 0.0)
+        if lens == "fisheye" and coefficients == cls.distortion:  # it was not told
+            coefficients = coefficients[:4]
         camera = cls(width, height, fx, fy, cx, cy, coefficients, lens)
         if lens == "pinhole" and camera.distorted:
             camera._check_border()  # once: it holds for parts of its frame, and for these scaled, as well

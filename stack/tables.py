@@ -69,7 +69,19 @@ def as_table(values: Any, kind: type[T], file: Path) -> T:
     except msgspec.ValidationError as error:
         from bridge.remedy import remedy
 
-        raise BadInput(f"{file}: {plain_message(str(error))}", remedy(str(error), kind)) from None
+        advice = remedy(str(error), kind) or _brackets(str(error))
+        raise BadInput(f"{file}: {plain_message(str(error))}", advice) from None
+
+
+def _brackets(complaint: str) -> str:
+    """What to write where a table has one pair of brackets for two, or two for one."""
+    said = re.fullmatch(r"Expected `(array|object)\b.*`, got `(array|object)` - at `\$\.(\w+)`", complaint)
+    if said is None:
+        return ""
+    wanted, got, name = said.groups()
+    if wanted == got:
+        return ""
+    return f"Write [[{name}]], as often as there are some." if wanted == "array" else f"Write [{name}]."
 
 
 def toml_text(values: Mapping[str, Any]) -> str:

@@ -144,6 +144,12 @@ class Simulator(Device):
             self._scenario.pose.search_fraction,
             self._random(SEED_POSE),
         )
+        if self.seed_pose.translation[2] <= 0.0:
+            raise BadInput(
+                f"The scenario's [camera] fx is {self._camera.fx:g} px: a seed pose that is off by as many px"
+                " as it may be lies behind the camera.",
+                "fx is no focal length in mm, but in px; untold it is 1.25 times the width.",
+            )
         self._sun = self._drawn_sun()
         axis = placement.sun_axis(self._sun, self._random(DRIFT))
         self._drift = Drift(self._scenario.time, self.true_pose, self._sun, axis)

@@ -95,6 +95,8 @@ def test_a_fisheye_is_read_from_its_table_and_written_back() -> None:
     assert Camera.from_dict(lens.to_dict()) == lens
     with pytest.raises(GeometryError, match="four of a fisheye"):
         Camera.from_dict(lens.to_dict() | {"distortion": [0.1] * 5})
+    untold = lens.to_dict() | {"distortion": [0.0] * 5}  # as a typed table has it
+    assert Camera.from_dict(untold).distortion == (0.0,) * 4
     with pytest.raises(GeometryError, match="lens must be"):
         Camera.from_dict(lens.to_dict() | {"lens": "mirror"})
 

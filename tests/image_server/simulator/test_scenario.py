@@ -51,6 +51,8 @@ def test_conditions_change_a_scenario() -> None:
             "half_intensity_deg and beam",
         ),
         ("[sun", "not valid TOML"),
+        (ONE_LIGHT.replace("[[", "[").replace("]]", "]"), r"in \[lights\]. Write \[\[lights\]\]"),
+        ("[[sun]]\nglint = true", r"in \[sun\]. Write \[sun\]\."),
         (2 * ONE_LIGHT, "two lights are called 'a'"),
         (ONE_LIGHT.replace("0.0]", "1e300]"), r"<= 20000.0 in \[lights 1.position 3\]"),
         (f"{ONE_LIGHT}power = 1e300", r"in \[lights 1.power\]"),
@@ -144,6 +146,13 @@ def test_a_range_that_grows_beyond_all_bounds_with_the_target_is_refused(tmp_pat
         BadInput, match=r"range_m ends at 2.16506e\+06 m, .* 17 m large. Allowed: 100000 m or less"
     ):
         Simulator(str(model), str(file))
+
+
+def test_a_focal_length_in_mm_is_told(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("[camera]\nfx = 8.0\n")
+    with pytest.raises(BadInput, match=r"\[camera\] fx is 8 px: .* behind the camera. fx is no focal length"):
+        Simulator("cube", str(file), seed=1)
 
 
 def test_a_distortion_that_folds_the_picture_is_the_scenarios(tmp_path: Path) -> None:
