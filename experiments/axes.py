@@ -58,10 +58,10 @@ def stack_folders(patterns: Sequence[str], here: Path) -> list[Path]:
     """
     folders = []
     for pattern in patterns:
-        if not any(sign in pattern for sign in "*?["):
-            found = [here / pattern]
-        else:
-            found = [Path(path).parent for path in sorted(glob(str(here / pattern / STACK_FILE)))]
+        found = [here / pattern]
+        if not found[0].exists():
+            files = glob(f"{pattern}/{STACK_FILE}", root_dir=here)
+            found = [(here / file).parent for file in sorted(files)]
         if not found or not all((folder / STACK_FILE).is_file() for folder in found):
             raise BadInput(f"stacks: {pattern!r} is no folder with a {STACK_FILE}.")
         folders += [folder.resolve() for folder in found]

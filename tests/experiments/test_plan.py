@@ -88,6 +88,14 @@ def test_stacks_come_from_the_plan_and_from_the_command_line(tmp_path: Path) -> 
     assert len(plan) == 6
 
 
+def test_folders_may_have_the_signs_of_patterns_in_their_names(tmp_path: Path) -> None:
+    stack(tmp_path, "old [1]/a [2]")
+    stack(tmp_path, "old [1]/b")
+    for stacks, count in (("*", 2), ("a [2]", 1)):
+        text = f'controllers = ["simple"]\nstacks = ["{stacks}"]\n'
+        assert len(read_plan(plan_file(tmp_path / "old [1]", text))) == count
+
+
 @pytest.mark.parametrize(
     ("text", "says"),
     [
