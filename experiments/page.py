@@ -51,7 +51,7 @@ def write_page(folder: Path, running: bool) -> Path:
         when=time.strftime("%Y-%m-%d %H:%M:%S"),
         running=running,
         refresh_s=REFRESH_S,
-        share=table.num_rows / max(1, description["cells"]),
+        share=min(1.0, table.num_rows / max(1, description["cells"])),  # a plan may have shrunk
         grids=grids,
         data=_data(outcomes, table["seed"].to_numpy()),
     )

@@ -13,7 +13,7 @@ from bridge.messages import Settings
 from experiments import comparison_folder
 from experiments.comparison_folder import compare_table
 from experiments.computing import rows_of
-from experiments.description import read_description
+from experiments.description import DESCRIPTION, read_description
 from experiments.page import write_page
 from experiments.plan import Cell, read_plan
 from experiments.table import JOURNAL, ResultsTable, read_rows
@@ -202,6 +202,9 @@ def test_the_page_holds_every_row_and_refreshes_itself_while_it_runs(tmp_path: P
     assert 'http-equiv="refresh"' in running
     assert "n = 60 rows" in running
     assert 'http-equiv="refresh"' not in write_page(out, running=False).read_text()
+    description = out / DESCRIPTION
+    description.write_text(description.read_text().replace('"cells": 60', '"cells": 6'))
+    assert '<div style="width: 100.0%">' in write_page(out, running=False).read_text()
 
 
 def test_a_row_tells_how_to_run_its_cell_again(tmp_path: Path) -> None:

@@ -62,6 +62,7 @@ def test_a_pose_that_was_found_and_not_kept_is_no_lack_of_one(
 def test_a_first_iteration_cut_short(make_run: RunMaker) -> None:
     page = page_of(make_run(steps=0, status="stopped", iterations=1, message="The vision server died."))
     assert "before its first iteration was complete" in page.text
+    assert "Images 1 none judged" in page.text
     assert "The vision server died." in page.text
 
 
