@@ -12,7 +12,7 @@ import numpy as np
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
 from image_server.recording.linearity import Radiance, linear, measured_ratio, united
-from image_server.serve.device import Device, Frame, checked_settings
+from image_server.serve.device import Change, Device, Frame, checked_settings
 from numerics.arrays import Flags, Floats
 from stack.exposure import WHITE, full_levels, level_fraction, relative_exposure
 from stack.write import known_target, new_folder, write_basis, write_frames
@@ -21,6 +21,7 @@ SATURATED = 254  # one below white, for noise
 LARGEST_NONLINEARITY = 0.1
 """Part by which a shutter or level may be off its nominal effect; more, and a basis stack would mislead."""
 
+OF_SCENE = ("target_moved", "sun_changed")
 Progress = Callable[[str], None]
 
 
@@ -82,6 +83,7 @@ def record_frames(
     camera = _Camera(device, progress)
     asked = [checked_settings(camera.describe, one) for one in settings]
     known_target(camera.describe)
+    device.listen(lambda change: progress(f"event: {change.event}") if change.event in OF_SCENE else None)
     with _stack_in(folder):
         taken = [camera.capture(one) for one in asked for _ in range(repeat)]
         write_frames(folder, camera.describe, [(frame.applied, frame.pixels) for frame in taken])
@@ -104,8 +106,8 @@ def record_basis(
 
     Raises
     ------
-    BadInput : no lights, calibration or target, or a camera or light that is not linear; the message says
-        which.
+    BadInput : no lights, calibration or target, a scene that does not stand still, or a camera or light that
+        is not linear; the message says which.
     """
     camera = _Camera(device, progress)
     describe = camera.describe
@@ -113,6 +115,7 @@ def record_basis(
     if not describe.lights:
         raise BadInput(f"The {describe.device} has no lights to record.", "Record frames instead.")
     at = checked_settings(describe, at)
+    device.listen(_must_stand_still)
     with _stack_in(folder):
         off = (0,) * len(describe.lights)
         dark, _ = _radiance(camera, at, off, average, black)
@@ -125,6 +128,14 @@ def record_basis(
             radiances[light.name] = lit - dark
         write_basis(folder, describe, at.aperture, radiances, dark)
     return Recording(camera.taken, camera.unverified)
+
+
+def _must_stand_still(change: Change) -> None:
+    if change.event in OF_SCENE:
+        raise BadInput(
+            f"The scene does not stand still while it is recorded ({change.event}), as a basis has to.",
+            "Record frames, or give a scenario without [time].",
+        )
 
 
 @contextmanager

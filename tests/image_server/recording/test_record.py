@@ -129,6 +129,16 @@ def test_a_camera_that_is_not_linear_makes_no_basis(simulator: Simulator, tmp_pa
     assert not (tmp_path / "stack" / "stack.toml").exists()
 
 
+def test_a_scene_that_moves_makes_no_basis_and_is_told_with_frames(tmp_path: Path) -> None:
+    scenario = msgspec.structs.replace(nominal(), time=load_scenario("drifting").time)
+    moving = Simulator("cube", scenario, seed=5)
+    with pytest.raises(BadInput, match=r"does not stand still while it is recorded \(target_moved\)"):
+        record_basis(moving, tmp_path / "basis", SETTINGS[0], 4, 0.0, ignore)
+    said: list[str] = []
+    record_frames(moving, tmp_path / "frames", [SETTINGS[0]] * 9, 1, said.append)
+    assert "event: target_moved" in said
+
+
 def test_a_light_that_is_not_linear_makes_no_basis(simulator: Simulator, tmp_path: Path) -> None:
     class Dimmed(Device):
         """Lights whose levels follow a square law."""
