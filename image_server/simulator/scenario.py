@@ -46,6 +46,11 @@ def load_scenario(name_or_file: str) -> Scenario:
             raise BadInput(
                 f"{file}: {key} runs from {low:g} down to {high:g}.", "Write the smaller number first."
             )
+    if scenario.camera.bayer or scenario.camera.bits != ScenarioCamera().bits:
+        raise BadInput(
+            f"{file}: [camera] bits and bayer are of recorded frames.",
+            "Leave them out: the simulator's frames are grey and have 8 bits.",
+        )
     for light in scenario.lights:
         _check_beam(light, file)
     directions = {"[sun] direction": scenario.sun.direction}

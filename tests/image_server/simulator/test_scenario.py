@@ -42,6 +42,8 @@ def test_conditions_change_a_scenario() -> None:
         ("[background]\nkind = 'spce'", r"Did you mean space\?"),
         ("ambient_scal = 1.0", r"unknown key `ambient_scal`. Did you mean ambient_scale\?"),
         ("[[lights]]\nname = 'a'\nposition = [0, 0, 0]\naimm = 1", r"in \[lights 1\]. Did you mean aim\?"),
+        ("[camera]\nbits = 12", r"\[camera\] bits and bayer are of recorded frames"),
+        ("[camera]\nbayer = true", r"\[camera\] bits and bayer are of recorded frames"),
         ("light_power = inf", "light_power is not a finite number"),
         ("[sun]\ndirection = [0.0, nan, 1.0]", "sun.direction 2 is not a finite number"),
         ("[earth]\ndirection = [0.0, 0.0, 0.0]", r"\[earth\] direction has no length"),
