@@ -153,8 +153,10 @@ class BasisLight(FramesLight, frozen=True, kw_only=True):
 
 
 def check_light_names(names: Sequence[str], file: Path) -> None:
-    """Raise BadInput where two lights of a file have one name: they are told apart by it."""
+    """Raise BadInput where two lights of a file have one name, or one has none: they are told apart by it."""
     for name in names:
+        if not name.strip():
+            raise BadInput(f"{file}: a light has an empty name.", "Give each light a name of its own.")
         if names.count(name) > 1:
             raise BadInput(f"{file}: two lights are called {name!r}.", "Give each light a name of its own.")
 

@@ -2,6 +2,7 @@
 
 import os
 import stat
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -75,6 +76,10 @@ def load_lights_file(path: Path) -> LightsFile:
             )
         if light.values is not None and light.values[0] != 0:
             raise BadInput(f"{path}: light {light.name!r} is not off at level 0 (values[0] is not 0).")
+        if light.values is not None and any(high < low for low, high in pairwise(light.values)):
+            raise BadInput(f"{path}: the values of light {light.name!r} fall from a level to the next.")
+        if light.values is not None and light.full is not None:
+            raise BadInput(f"{path}: light {light.name!r} has full and values.", "Keep one of them.")
     return table
 
 
