@@ -4,7 +4,7 @@
 /** <module> The constructs that the published interpreter adds, and atomic */
 
 :- use_module(library(error), [must_be/2]).
-:- use_module(library(lists), [append/3, member/2, nth0/3, select/3]).
+:- use_module(library(lists), [append/3, member/2, nth0/3, nth0/4, select/3]).
 :- use_module(action, [act/3, evaluated_action/3, pick/5, supposed/2]).
 :- use_module(chance, [shuffled/2]).
 :- use_module(configuration, [after_action/5, ends/3]).
@@ -172,7 +172,7 @@ final(rconc(E, F), S, C) :-
 
 construct(rconc(Es), [programs(Es)]).
 trans(rconc(Es), S, C, E1, S1) =>
-    findall(I, ( nth0(I, Es, _, Others), all_free(Others) ), Places),
+    places(Es, Places),
     shuffled(Places, Order),
     member(I, Order),
     nth0(I, Es, E, Rest),
@@ -181,6 +181,18 @@ trans(rconc(Es), S, C, E1, S1) =>
     around(E0, rconc(Es1), E1).
 final(rconc(Es), S, C) :-
     final(Es, S, C).
+
+% places(+Programs, -Places): of those that may step, all others being free.
+places(Es, Places) :-
+    findall(I, ( nth0(I, Es, E), \+ free(E) ), Locked),
+    places(Locked, Es, Places).
+
+places([], Es, Places) =>
+    findall(I, nth0(I, Es, _), Places).
+places([I], _, Places) =>
+    Places = [I].
+places(_, _, Places) =>
+    Places = [].
 
 % Trans(rrobin(Es), S, E', S')  <=>  exists E, E0: Es = Before + [E] + After & Trans(E, S, E0, S')
 %                                    & E' = rrobin(Before + After + [E0])

@@ -38,6 +38,13 @@ per_step(Mode, N, Cost) :-
     statistics(inferences, After),
     Cost is (After-Before)/N.
 
+per_program(Count, Cost) :-
+    run(online, all(Count)),
+    statistics(inferences, Before),
+    run(online, all(Count)),
+    statistics(inferences, After),
+    Cost is (After-Before)/Count.
+
 :- begin_tests(cost).
 
 test(flat, [forall(member(Mode, [offline, online])), setup(( count(Text), load(Text) )), true(Long < 1.02*Short)]) :-
@@ -51,6 +58,15 @@ test(beside_ten_thousand_fluents, true(Many < 1.02*Few)) :-
     beside_others(Others),
     load(Others),
     per_step(offline, 1000, Many).
+
+% Of programs side by side each step looks at each once.
+test(beside_others_in_random_order, true(Many < 3*Few)) :-
+    load(`fun_fluent(n(I)) :- between(1, 200, I). initially(n(_), 0).
+          prim_action(inc(I)) :- between(1, 200, I). poss(inc(_), true).
+          causes_val(inc(I), n(I), N, N is n(I) + 1).
+          proc(all(Count), rconc(Es)) :- numlist(1, Count, Is), findall([inc(I), inc(I)], member(I, Is), Es).`),
+    per_program(100, Few),
+    per_program(200, Many).
 
 % All ten thousand have been set; what is set often costs hardly more than alone.
 test(beside_ten_thousand_that_are_set, true(Many < 1.15*Few)) :-
