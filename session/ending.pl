@@ -23,6 +23,7 @@
 :- use_module(times, [session_seconds/1]).
 :- use_module('../domain/reasoning/instead', [instead_image/2]).
 :- use_module('../indigolog/indigolog').
+:- use_module('../indigolog/tools/explain', [why/3]).
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(apply), [foldl/4, maplist/3]).
 :- use_module(library(lists), [member/2, nth0/3]).
@@ -48,6 +49,7 @@ end_session(Session, end(How0, Situation), Outcome) :-
     call(Session.stop),
     show_outcome(Options, Result),
     tell_of_instead(Options, Result),
+    tell_why_no_further(Options, Result, Situation),
     tell_how_to_go_on(Options, How, Folder),
     wait_for_report(Options, Folder),   % last: who waits for the pose need not wait for its picture
     outcome(How, Situation, Outcome).
@@ -85,6 +87,17 @@ tell_of_instead(Options, Result) :-
     !,
     print_message(warning, session(ended_before(Number))).
 tell_of_instead(_, _).
+
+%   Interrupts end where none can go on, and a program may end before it has begun: that says nothing of what was in the way.
+tell_why_no_further(Options, Result, Situation) :-
+    Result.status == exhausted,
+    ( Result.iterations =:= 0 -> true ; situation_history(Situation, [stop_interrupts|_]) ),
+    \+ situation_holds(exhausted, Situation),
+    catch(why(control, Situation, Whys), error(_, _), fail),
+    Whys = [_|_],
+    !,
+    show(Options, no_further(Whys)).
+tell_why_no_further(_, _, _).
 
 %   A session that was interrupted can go on; one whose strategy went wrong would come to the same again.
 tell_how_to_go_on(Options, How, Folder) :-

@@ -198,6 +198,9 @@ session_message(ended_before(Number)) -->
     [ '--instead: the session ended before i~d'-[Number] ].
 session_message(report(File)) -->
     [ '  report ~w'-[File] ].
+session_message(no_further(Whys)) -->
+    [ '  why the strategy went no further:', nl ],
+    prolog:message(golog(why(Whys))).
 session_message(goes_on(By, Folder)) -->
     { interruption_words(By, Words) },
     [ '  ~w--resume ~w goes on'-[Words, Folder] ].

@@ -66,6 +66,21 @@ def test_it_is_said_with_its_place(
     assert result["message"].startswith(f"{file}:{line}: ")
 
 
+@pytest.mark.parametrize("images", [0, 1])
+def test_why_rules_go_no_further_is_said(tmp_path: Path, images: int) -> None:
+    file = tmp_path / "mine.pl"
+    file.write_text(
+        "proc(control, prioritized_interrupts([\n"
+        " interrupt(neg(candidate = none), drop_image(no)),\n"
+        f" interrupt(true, [?(fewer(taken, {images})), choose_reference, take_image])])).\n"
+        "fewer(N, Most) :- N < Most.\n"
+    )
+    done = served("--controller", file, "--scenario", small(), "--out", tmp_path / "run", "--no-report")
+    assert done.returncode == 3, done.stderr
+    assert "why the strategy went no further:" in done.stderr
+    assert f"fewer(taken,{images}) is false\n  taken = {images}\n" in done.stderr
+
+
 def test_a_hold_point_has_one_of_three_outcomes(tmp_path: Path) -> None:
     file = tmp_path / "mine.pl"
     file.write_text("proc(control,\n hold_done(why(x))).\n")
