@@ -14,6 +14,7 @@
 :- use_module(tools/console, [step_through/2]).
 :- use_module(tools/explain, [why/3]).
 :- use_module(tools/explanation_text, [explanations//1]).
+:- use_module(language/history, [own_step/1]).
 :- use_module(language/offline, [bounded_do/4]).
 :- use_module(language/patience, [with_patience/2]).
 :- use_module(language/situation, [initial_situation/1]).
@@ -274,12 +275,6 @@ printed(History) :-
     forall(member(A, Executed), format("~q~n", [A])),
     length(Executed, N),
     format("~d actions.~n", [N]).
-
-% What the interpreter adds to a history.
-own_step(e(_, _)).
-own_step(test(_)).
-own_step(wait).
-own_step(abort).
 
 failed(usage(Message), _, 2) :-
     !,

@@ -1,6 +1,7 @@
 :- module(indigolog_history,
           [ history_situation/2,      % +History, -Situation
-            remember_situation/1      % +Situation
+            remember_situation/1,     % +Situation
+            own_step/1                % ?Entry
           ]).
 /** <module> Histories, lists of actions, and the situations after them */
 
@@ -57,3 +58,12 @@ known_entry(A, Theory) :-
     ->  ( ground(A) -> true ; throw(error(golog(open_action(A)), _)) )
     ;   throw(error(golog(unknown_entry(A)), _))
     ).
+
+%!  own_step(?Entry) is nondet.
+%
+%   What the interpreter adds to a history, and is no action.
+
+own_step(e(_, _)).
+own_step(test(_)).
+own_step(wait).
+own_step(abort).

@@ -1,8 +1,9 @@
 :- module(indigolog_messages, []).
 /** <module> What the interpreter says */
 
+:- use_module(library(apply), [exclude/3]).
 :- use_module(library(lists), [append/3, member/2]).
-:- use_module('../language/history', [history_situation/2]).
+:- use_module('../language/history', [history_situation/2, own_step/1]).
 :- use_module(explain, [why/3]).
 :- use_module(explanation_text, [explanations//1, shown_program/2]).
 :- use_module(problem_texts, [hint//1, problem//1]).
@@ -43,9 +44,12 @@ bindings([B|Bs]) -->
 
 where([]) --> [ nl, '  in the initial situation'-[] ].
 where([A|H]) -->
-    { length([A|H], N) },
+    { actions([A|H], Actions), length(Actions, N) },
     [ nl, '  after ~D actions, newest first ~W'-
           [N, [A|H], [quoted(true), portray(true), max_depth(8)]] ].
+
+actions(History, Actions) :-
+    exclude(own_step, History, Actions).
 
 message(prompt(sensing(A, Results))) -->
     [ '~q: sensing result'-[A] ],
@@ -160,7 +164,7 @@ error_text(recursion(Call, N)) -->
     [ 'procedure calls nest ~D deep without an action, the last is ~W'-
           [N, Call, [quoted(true), max_depth(8)]] ].
 error_text(program_ended(Outcome, Rest, History)) -->
-    { length(History, N) },
+    { actions(History, Actions), length(Actions, N) },
     [ 'the program ended as ~w after ~D actions'-[Outcome, N] ],
     stands(Outcome, Rest, History).
 error_text(no_value(F, History)) -->
@@ -230,7 +234,11 @@ stands(failed, Rest, History) -->
     explanations([Why|Whys]).
 stands(_, _, _) --> [].
 
-after([]) --> [ ' in the initial situation'-[] ].
-after([A|H]) -->
+after(History) -->
+    { actions(History, Actions) },
+    after_actions(Actions).
+
+after_actions([]) --> [ ' in the initial situation'-[] ].
+after_actions([A|H]) -->
     { length([A|H], N) },
     [ ' after ~D actions, the last of them ~q'-[N, A] ].

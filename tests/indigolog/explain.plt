@@ -111,7 +111,14 @@ test(error, Text == "the program ended as failed after 1 actions:\nlit(b) is fal
     phrase(prolog:error_message(golog(Formal)), Lines),
     with_output_to(string(Text), print_message_lines(current_output, '', Lines)).
 
+% What was sensed and tested is in the history as well, and is no action.
+test(error_after_sensing, true(sub_string(Text, _, _, _, "after 2 actions:"))) :-
+    catch(indigolog([inc, look, ??(true), ?(lit(b))], [check(false), device(idle)]), error(golog(Formal), _), true),
+    phrase(prolog:error_message(golog(Formal)), Lines),
+    with_output_to(string(Text), print_message_lines(current_output, '', Lines)).
+
 idle:can_execute(_).
+idle:execute(look, open) :- !.
 idle:execute(_, none).
 
 :- end_tests(explain).
