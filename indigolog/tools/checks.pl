@@ -10,6 +10,7 @@
 A problem is problem(Kind, File, Line, What); Kind is `error` or `warning`.
 */
 
+:- use_module(library(apply), [maplist/2]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 :- use_module(library(solution_sequences), [limit/2]).
 :- use_module('../language/binding', [bound_names/2]).
@@ -132,7 +133,14 @@ theory_problem(Theory, Module, warning, two_values(F, V, First), Ref) :-
     catch(Module:Body, _, fail),
     V = V0,
     once(Module:initially(F, First)),
-    First \== V.
+    First \=@= V.
+theory_problem(_, Module, warning, open_value(F, Shown), Ref) :-
+    clause(Module:initially(F, V), Body, Ref),
+    ground(F),
+    once(( catch(Module:Body, _, fail), \+ ground(V) )),
+    copy_term_nat(V, Shown),
+    term_variables(Shown, Variables),
+    maplist(=('$VAR'('_')), Variables).
 theory_problem(_, Module, error, two_kinds(F), Ref) :-
     clause(Module:rel_fluent(F0), _, Ref),
     nonvar(F0),

@@ -79,6 +79,8 @@ said(functional_assigned(In, E, F), In, '~q is for relational fluents, ~q is fun
 said(undeclared_instance(In, F), In, 'fluent ~q is not one of those that are declared', [F]).
 said(impossible_value(F, V), none, '~q is not among the initial values of ~q', [V, F]).
 said(two_values(F, V, First), none, 'fluent ~q is initially ~q: the value ~q given here does not count', [F, First, V]).
+said(open_value(F, V), none, 'fluent ~q is initially ~p, which is not ground: it matches another value each time',
+     [F, V]).
 said(exogenous_step(In, A), In, '~q is an exogenous action: as a step of a program it is never possible', [A]).
 said(unknown_event(A), none, 'exog_occurs tells of ~q, which is not a declared exogenous action: it is ignored', ['$pi'(A)]).
 said(no_commit(In), In, 'commit is not of this language: search does not prune what it may still need', []).
