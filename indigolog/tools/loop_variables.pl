@@ -85,3 +85,5 @@ result(_^_, []).
 result(findall(_, _, L), L).
 result(aggregate_all(_, _, R), R).
 result(search(E, _), E).
+result(Lambda >> _, Free) :-              % of library(yall): it is copied for each call, but for what is Free
+    ( nonvar(Lambda), Lambda = Free0/_ -> Free = Free0 ; Free = [] ).

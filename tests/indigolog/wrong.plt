@@ -102,6 +102,7 @@ test(a_value_is_shown_as_it_is,
 % Each round has its own.
 test(bound_anew, [forall(member(Loop, ["for(I, [1, 2], note(I))", "for(I, L, note(I))", "star(pi(I, L, note(I)))",
                                        "while(n < 1, pi([(r(I), L), J], [?(J = I), note(J)]))",
+                                       "while(n < 1, [?(maplist([I]>>(I > n), L)), note(n)])",
                                        "iconc(rpi((I, L), note(I)))", "star(?(some(I, member(I, L))))"])),
                   true(Lines == [])]) :-
     format(string(Clause), "proc(all(L), [~s, ?(L = [_|_])]).", [Loop]),
