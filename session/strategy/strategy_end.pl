@@ -35,6 +35,9 @@ ended_by(error(golog(program_ended(failed, _, _)), _), Session, S, End),
 ended_by(Error, Session, S, End), Error = error(golog(program_ended(failed, Rest, _)), _), S \== none =>
     why(Rest, S, Whys),
     failed(Whys, Error, Session.plan.controller_file, S, End).
+ended_by(error(golog(program_ended(aborted, _, _)), _), Session, _, End) =>
+    place_of(Session.plan.controller_file, [abort], Place),
+    wrong("~w: the strategy ended by `abort`; a session ends when its `control` does", [Place], End).
 ended_by(Error, Session, _, End), refused_action(Error, Session.plan.controller_file, Message) =>
     End = failed(error(usage_error(Message), _)).
 ended_by(error(golog(silent(Most)), golog(at(Rest, _), _)), Session, _, End) =>

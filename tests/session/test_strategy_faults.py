@@ -38,6 +38,7 @@ def session(tmp_path: Path, step: str, helper: str, *options: str) -> tuple[Done
         ("?(p)", "p :- halt.", 2, ["the test p", "halt was called"]),
         ("?(p)", "p :- call(halt, 0).", 2, ["halt was called"]),
         ("?(taken > 7)", "", 2, ["taken>7 is false"]),
+        ("if(taken > 0, abort, [])", "", 2, ["ended by `abort`"]),
         ("estimate([i7])", "", 2, ["estimate/1 is refused: No image i7"]),
         ("predict(device, [], [i7])", "", 2, ["predict/3 is refused: No image i7"]),
         ("set_parameter(matcher, 7)", "", 2,
