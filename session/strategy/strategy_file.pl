@@ -17,7 +17,7 @@ A place is FILE:LINE.  Nothing is told of what cannot be read: the interpreter s
 :- use_module('../../indigolog/tools/program_parts', [part_within/3]).
 :- use_module(library(apply), [maplist/3]).
 :- use_module(library(lists), [append/2, member/2, nth1/3]).
-:- use_module(library(pairs), [pairs_keys/2]).
+:- use_module(library(pairs), [pairs_keys/2, pairs_values/2]).
 :- use_module(library(prolog_source), [prolog_close_source/1, prolog_open_source/2, prolog_read_source_term/4]).
 :- use_module(library(readutil), [read_file_to_string/3]).
 :- use_module(library(sha), [hash_atom/2, sha_hash/3]).
@@ -118,9 +118,15 @@ places_of(File, Terms, Place) :-
 found_place(File, Terms, Place) :-
     strategy_files(File, Files),
     member(One, Files),
-    findall(Line, ( member(Term, Terms), in_file(One, Term, _, Line) ), Lines),
+    findall(Clause-Line, ( member(Term, Terms), in_file(One, Term, Clause, Line) ), Found),
+    findall(Line, ( member(Clause-Line, Found), of_procedure(Clause) ), InProcedures),
+    ( InProcedures = [_|_] -> Lines = InProcedures ; pairs_values(Found, Lines) ),
     lines_place(Lines, One, Place),
     !.
+
+%   What a step does is written there; an action is also in the axioms that speak of it.
+of_procedure(proc(_, _)).
+of_procedure((proc(_, _) :- _)).
 
 lines_place(Lines, File, Place) :-
     sort(Lines, [First|More]),

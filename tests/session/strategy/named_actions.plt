@@ -57,6 +57,10 @@ test(where_it_may_be, [forall(member(Terms-Expected, [ [a]-'S:3', [nowhere, b]-'
     told("proc(p, [a, b]).\n\nproc(q, [b]).",
          [File]>>( place_of(File, Terms, Said), throw(error(usage_error(Said), _)) ), Place).
 
+test(where_an_action_is_done, true(Place == 'S:5')) :-
+    told("prim_action(a).\nposs(a, true).\nproc(p, [a]) :- true.",
+         [File]>>( place_of(File, [a], Said), throw(error(usage_error(Said), _)) ), Place).
+
 test(where_any_may_be, true(Place == 'S, line 3, 4, 5')) :-
     told("proc(p, a).\nproc(q, b).\nproc(r, a).",
          [File]>>( places_of(File, [b, a], Said), throw(error(usage_error(Said), _)) ), Place).
