@@ -82,8 +82,8 @@ word(Word, Word).
 known(Command) :-
     memberchk(Command, [ step, run, next, fluents, fluents(_), program, history, exog(_), undo, test(_), why, why(_),
                          quit, help ]).
-known(step(N)) :- integer(N).
-known(run(N)) :- integer(N).
+known(step(N)) :- integer(N), N >= 1.
+known(run(N)) :- integer(N), N >= 1.
 
                 /* Answers */
 
@@ -146,7 +146,7 @@ answer(help) -->
     [ 'step [N] (s, or an empty line)  the next action, or the N-th of those that can happen'-[], nl,
       'run [N] (r)                     steps until there is none, or N steps'-[], nl,
       'next (n)                        what can happen next'-[], nl,
-      'fluents [F] (f)                 the values of fluents, or of those that match F'-[], nl,
+      'fluents [F] (f)                 the values of fluents, or of those that match F, or have this name'-[], nl,
       'program (p)                     the program that remains'-[], nl,
       'history (h)                     what has happened'-[], nl,
       'exog ACTION (e)                 an exogenous action happens'-[], nl,

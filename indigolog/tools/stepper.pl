@@ -119,7 +119,7 @@ told(fluents, Now, Answer) =>
     told(fluents(_), Now, Answer).
 told(fluents(F), conf(_, S, _), Answer) =>
     known_fluents(S, Pairs),
-    findall(F-V, member(F-V, Pairs), Matching),
+    findall(F0-V, ( member(F0-V, Pairs), called(F, F0) ), Matching),
     Answer = fluents(Matching).
 told(program, conf(E, _, _), Answer) =>
     Answer = program(E).
@@ -139,6 +139,12 @@ told(why(Question), conf(_, S, _), Answer) =>
     Answer = why(Whys).
 told(help, _, Answer) =>
     Answer = help.
+
+% called(+F, ?Fluent): Fluent matches F, or has arguments and is of this name.
+called(F, F).
+called(Name, Fluent) :-
+    compound(Fluent),
+    compound_name_arity(Fluent, Name, _).
 
 
                 /* Steps */

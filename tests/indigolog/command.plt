@@ -127,6 +127,9 @@ test(steps, Status-Output == 0-"Stepping through [inc,inc]. Commands: ? lists th
 The program may end here\n\"leap\" is not a command; ? lists them\n") :-
     run(['[inc, inc]', '--step'], "s\nnext\nr\nleap\nquit\n", Status, Output, _).
 
+test(no_step_before_the_first, true(sub_string(Output, _, _, _, "\"step -1\" is not a command"))) :-
+    run(['[inc, inc]', '--step'], "step -1\nquit\n", _, Output, _).
+
 test(help_of_the_stepper, true == Said) :-
     run(['[inc, inc]', '--step'], "?\n", _, Output, _),
     said(Output, "exog ACTION (e)", Said).

@@ -43,6 +43,7 @@ answer([inc, inc, inc], [run(2)], ran([inc, inc], none)).
 answer([inc, inc, inc], [run(2), program], program(inc)).
 answer(inc, [fluents(counter)], fluents([counter-0])).
 answer(inc, [step, fluents(counter)], fluents([counter-1])).
+answer(inc, [fluents(lit)], fluents([lit(a)-false, lit(b)-false, lit(c)-false])).
 answer(inc, [exog(bump), fluents(counter)], fluents([counter-10])).
 answer(inc, [exog(inc)], not_exogenous(inc)).
 answer(inc, [step, undo], undone(0)).
