@@ -15,7 +15,7 @@ programs beside that part must wait.  The mark '$locked'(E) says that something 
 it, so that looking for it costs nothing; it is made and read only here.
 */
 
-:- use_module(library(lists), [member/2]).
+:- use_module(library(lists), [append/3, member/2]).
 :- use_module(semantics).
 
 term_expansion(Clause, Defining) :-
@@ -76,7 +76,8 @@ around_all(Parts, E0, E) :-
 
 %!  sequence(+Program, +List, -Program1) is det.
 %
-%   Program followed by the programs of List.
+%   Program followed by the programs of List.  A sequence in a sequence becomes one, so that a step need not look for its
+%   beginning as deep as procedures have called each other.
 
 sequence([], L, E) =>
     (   L = [E0]
@@ -85,6 +86,8 @@ sequence([], L, E) =>
     ).
 sequence(E0, [], E) =>
     E = E0.
+sequence(E0, L, E), E0 = [_|_], is_list(E0) =>
+    append(E0, L, E).
 sequence(E0, L, E) =>
     around(E0, [E0|L], E).
 

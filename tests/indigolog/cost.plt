@@ -68,6 +68,14 @@ test(beside_others_in_random_order, true(Many < 3*Few)) :-
     per_program(100, Few),
     per_program(200, Many).
 
+% A step costs no more in a procedure that calls itself and goes on after that, however deep.
+test(after_calls_of_itself, true(Many < 1.2*Few)) :-
+    load(`fun_fluent(counter). prim_action(inc). poss(inc, true). causes_val(inc, counter, N, N is counter + 1).
+          initially(counter, 0).
+          proc(all(N), if(N = 0, [], [inc, pi(m, [?(m is N-1), all(m)]), inc])).`),
+    per_program(100, Few),
+    per_program(400, Many).
+
 % All ten thousand have been set; what is set often costs hardly more than alone.
 test(beside_ten_thousand_that_are_set, true(Many < 1.15*Few)) :-
     count(Count),
