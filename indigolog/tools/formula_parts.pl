@@ -68,6 +68,7 @@ control(once(A), [A]).
 is_formula(P, Theory) :-
     callable(P),
     \+ is_list(P),
+    \+ ( prolog_part(P, E), acts(E, Theory) ),
     (   connective(P, _, _)
     ->  true
     ;   fluent_template(Theory, P, _)
@@ -76,6 +77,31 @@ is_formula(P, Theory) :-
         \+ action_template(Theory, P, _),
         \+ called_procedure(Theory, P),
         goal_exists(P, Theory)
+    ).
+
+% prolog_part(+Goal, -Part): Prolog's own conjunctions and choices may have been written for those of programs.
+prolog_part(Goal, Part) :-
+    nonvar(Goal),
+    ( Goal = (A, B) ; Goal = (A ; B) ; Goal = (A -> B) ),
+    ( member(Part, [A, B]) ; prolog_part(A, Part) ; prolog_part(B, Part) ).
+
+% What surely is no formula: an action, a construct, or the procedure of one.
+acts(E, Theory) :-
+    callable(E),
+    (   acting(E, Theory)
+    ->  true
+    ;   theory_module(Theory, Module),
+        generalised(E, G),
+        clause(Module:proc(G, Body), _),
+        callable(Body),
+        acting(Body, Theory)
+    ->  true
+    ).
+
+acting(E, Theory) :-
+    (   construct(E, _)
+    ->  \+ connective(E, _, _)
+    ;   action_template(Theory, E, _)
     ).
 
 %!  procedure_kind(+Call, +Theory, -Kind) is semidet.

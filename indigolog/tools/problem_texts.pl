@@ -139,13 +139,20 @@ inside(in(In, _)) -->
 
 %!  hint(+Term)// is det.
 %
-%   Another number of arguments may have been meant.
+%   Another number of arguments may have been meant, or what Prolog would write so.
 hint(Term) -->
-    (   { current_theory(Theory),
+    (   { in_golog(Term, Words) }
+    ->  [ ': ~w'-[Words] ]
+    ;   { current_theory(Theory),
           near_miss(Theory, Term, Declared) }
     ->  [ '; there is ~q'-[Declared] ]
     ;   []
     ).
+
+in_golog((_, _), 'a sequence is a list, [E, F]').
+in_golog((_ -> _ ; _), 'that is if(P, E, F)') :- !.
+in_golog((_ ; _), 'a choice is ndet(E, F)').
+in_golog((_ -> _), 'that is if(P, E)').
 
 alternatives([PI]) --> [ 'it is ~q'-[PI] ].
 alternatives([PI, PI2|PIs]) --> [ '~q or '-[PI] ], alternatives([PI2|PIs]).
