@@ -9,7 +9,7 @@ Do(E, S, S1): Trans* from (E, S) to a configuration that is Final, or to the fir
 */
 
 :- use_module(context, [top_context/1, once_if_ground/2]).
-:- use_module(semantics, [final/3, step/4]).
+:- use_module(semantics, [final/3, may_end/2, step/4]).
 :- use_module(patience, [fresh_mark/1, silent_step/4]).
 :- use_module(situation, [initial_situation/1, last_action/2, situation_history/2, situation_length/2]).
 
@@ -66,7 +66,7 @@ going(E, S, Limit, S1) :-
 % Open steps on the way have left a choice.
 going(E, S, Mark, Open, Limit, S1) :-
     top_context(C),
-    (   \+ final(E, S, C)
+    (   \+ may_end(E, S)
     ->  onward(E, S, Mark, Open, Limit, S1)
     ;   \+ step(E, S, _, _)
     ->  once_if_ground(E, final(E, S, C)),

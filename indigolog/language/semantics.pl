@@ -6,6 +6,7 @@
             program_part/2,           % +Program, -Part
             shown_as/2,               % ?Program, -Shown
             step/4,                   % +Program, +Situation, -Program1, -Situation1
+            may_end/2,                % +Program, +Situation
             construct_clause/2        % +Clause, -Defining
           ]).
 /** <module> Trans and Final: the two relations that say what programs do
@@ -143,6 +144,15 @@ program_part(E, Part) :-
 step(E, S, E1, S1) :-
     top_context(C),
     catch(trans(E, S, C, E1, S1), Error, in_step(Error, E, S)).
+
+%!  may_end(+Program, +Situation) is semidet.
+%
+%   Program is final, seen from the top: errors are told as those of a step.
+
+may_end(E, S) :-
+    top_context(C),
+    catch(final(E, S, C), Error, in_step(Error, E, S)),
+    !.
 
 % Rethrow Error with the program and the history it was met in, and where in the program
 % if error_place(+Formal, +Program, +Situation, -Point, -Bindings) is there to tell.

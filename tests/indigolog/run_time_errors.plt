@@ -20,6 +20,9 @@ printed(Program, Text) :-
 
 printed(Program, Options, Text) :-
     catch(( indigolog(Program, [check(false), device(obedient), max_silent(1000)|Options]), Error = none ), Error, true),
+    in_words(Error, Text).
+
+in_words(Error, Text) :-
     phrase('$messages':translate_message(Error), Parts),
     with_output_to(string(Text), print_message_lines(current_output, '', Parts)).
 
@@ -54,6 +57,11 @@ slip([up, up, up, up], ["the program ended as failed after 3 actions", "action u
 test(told, [forall(slip(Program, Lines)), true(Missing == [])]) :-
     printed(Program, Text),
     findall(Line-Text, ( member(Line, Lines), \+ says(Text, Line) ), Missing).
+
+% Offline it is asked first whether a program may end.
+test(told_offline, true(says(Text, "in while(load>3,up)\n  after 1 actions, newest first [up]"))) :-
+    catch(do([up, while(load > 3, up)], [], _), Error, true),
+    in_words(Error, Text).
 
 % A device that answers what cannot be: said where it happens, not where it is missed.
 test(no_truth_value, [setup(load), error(golog(not_boolean_result(listen, noisy, loud)))]) :-
