@@ -9,7 +9,9 @@ import struct
 from geometry.errors import GeometryError
 
 HEADER, TRIANGLE = 84, 50  # bytes of a binary file: its head with the count, and each triangle
+NO_STL = "it is no STL file: it neither begins with `solid` and goes on as text, nor counts triangles"
 STEP = b"ISO-10303-21"  # what such a file begins with
+BEGINNING = re.compile(rb"(?m)^\s*solid\b")  # of a text, behind what some programs say of themselves
 SOLID = re.compile(rb"solid\b.*")  # or the end of `endsolid`, and a name
 CORNER = re.compile(rb"\bvertex\b[^\n]*")
 NUMBERS = re.compile(rb"vertex(\s+[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?){3}\s*")  # a decimal comma makes none
@@ -30,27 +32,18 @@ def checked_stl(content: bytes) -> bytes:
     whole = HEADER + TRIANGLE * count
     if len(content) == whole:
         return content
-    if _is_text(content):
+    if content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # as PowerShell writes text
+        content = content.decode("utf-16", "replace").encode()
+    if b"\0" not in content[:HEADER]:  # a binary one counts less than 16 million triangles in four bytes
         return _whole_text(content)
     if count > 0 and whole < len(content):
         return content[:whole]
     if count == 0:
-        raise GeometryError(
-            "it is no STL file: it neither begins with `solid` and goes on as text, nor counts triangles"
-        )
+        raise GeometryError(NO_STL)
     raise GeometryError(
         f"it was cut short, or is no STL file: of the {whole} bytes that its {count} triangles take it has "
         f"{len(content)}"
     )
-
-
-def _is_text(content: bytes) -> bool:
-    """Whether a file is a text STL: heads of binary ones often begin with `solid`, too.
-
-    These end with a count whose last byte is zero (of less than 16 million triangles), which no text has.
-    """
-    begins = content.removeprefix(codecs.BOM_UTF8).lstrip()[:5].lower()
-    return begins == b"solid" and content[HEADER - 1 : HEADER] != b"\0"
 
 
 def _whole_text(content: bytes) -> bytes:
@@ -58,9 +51,13 @@ def _whole_text(content: bytes) -> bytes:
 
     Raises
     ------
-    GeometryError : one of its solids does not end.
+    GeometryError : it has no solid, or one of them does not end.
     """
     text = b"\n".join(content.removeprefix(codecs.BOM_UTF8).lower().splitlines())
+    begin = BEGINNING.search(text)
+    if begin is None:
+        raise GeometryError(NO_STL)
+    text = text[begin.start() :]
     ends = [text.endswith(b"end", 0, found.start()) for found in SOLID.finditer(text)]
     if ends != [False, True] * max(len(ends) // 2, 1):
         raise GeometryError("it was cut short, or is no STL file: a `solid` of its text has no `endsolid`")

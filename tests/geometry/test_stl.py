@@ -61,6 +61,9 @@ def test_a_text_may_have_any_name(tmp_path: Path, name: str) -> None:
         TEXT.replace("\n", "\r").encode(),
         TEXT.replace("endfacet\nendsolid", "endfacet endsolid").encode(),
         b"\n" + TEXT.encode() + b"\n\n" + TEXT.encode(),
+        b"# a solid box\n; made by hand\n\n" + TEXT.encode(),
+        TEXT.encode("utf-16"),
+        b"\xfe\xff" + TEXT.encode("utf-16-be"),
     ],
 )
 def test_a_text_is_read_however_it_is_written(tmp_path: Path, content: bytes) -> None:
@@ -81,6 +84,16 @@ def test_a_text_that_is_cut_short_says_so(tmp_path: Path, content: str) -> None:
     """It had no faces, or was read without those of its last solid."""
     (tmp_path / "box.stl").write_text(content)
     with pytest.raises(GeometryError, match="cut short, or is no STL file: a `solid` of its text has no"):
+        load_model(tmp_path / "box.stl")
+
+
+@pytest.mark.parametrize(
+    "content", [b"<!DOCTYPE html>".ljust(200, b"x"), b"version https://git-lfs".ljust(130)]
+)
+def test_another_text_is_no_stl_file(tmp_path: Path, content: bytes) -> None:
+    """It was said to be cut short, of two thousand million triangles."""
+    (tmp_path / "box.stl").write_bytes(content)
+    with pytest.raises(GeometryError, match="it is no STL file: it neither begins with `solid`"):
         load_model(tmp_path / "box.stl")
 
 
