@@ -10,7 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from bridge.arrays import FramePixels
+from bridge.arrays import DTYPES, FramePixels
 from bridge.client import ABSENT_S, Client
 from bridge.errors import BadInput, LightsAndCameraError
 from bridge.keys import client_keys
@@ -41,7 +41,8 @@ class Vision:
     BridgeTimeout : no answer in time; so does each method.
     BridgeAbsent : nobody is there, or nobody any more; so does each method.
     BridgeRefused : the server has keys, and lets in no one without, or with others.
-    BadInput : keys that cannot be used, a pose that is none; of a method, that the session has ended.
+    BadInput : keys that cannot be used, a pose or an image that is none; of a method, that the session has
+        ended.
     """
 
     def __init__(
@@ -71,7 +72,7 @@ class Vision:
 
     def track(self, frame: FramePixels, time_s: float | None = None) -> dict[str, Any]:
         """The pose in the next frame (H, W): `frame`, `state`, `pose`, `covariance` and more."""
-        return self._client.request("track", {"time_s": time_s}, arrays=[np.ascontiguousarray(frame)])[0]
+        return self._client.request("track", {"time_s": time_s}, arrays=[_sendable(frame)])[0]
 
     def estimate(self, *images: FramePixels, exposures: Sequence[float] = ()) -> dict[str, Any]:
         """The pose in images (H, W) of a still scene under any lights: `pose` or None, `covariance` and more.
@@ -101,8 +102,8 @@ class Vision:
             for image, exposure in zip(images, exposures or (1.0,) * len(images), strict=True):
                 settings = {"lights": [], "shutter_s": SHUTTER_S * exposure, "aperture": APERTURE}
                 name = f"image{next(self._numbers)}"
-                array = np.ascontiguousarray(image)
-                self._client.request("add", {"image": name, "settings": settings}, arrays=[array])
+                args = {"image": name, "settings": settings}
+                self._client.request("add", args, arrays=[_sendable(image)])
                 names.append(name)
             yield names
         except BaseException:
@@ -127,6 +128,18 @@ class Vision:
                     self._client.request("end", timeout_s=LAST_S)
         finally:
             self._client.close()
+
+
+def _sendable(image: FramePixels) -> FramePixels:
+    """What is sent of an image; of what shape it should be, the server says."""
+    if image is None:
+        raise BadInput("None is no image.", "cv2.imread gives it where it cannot read a file: is it there?")
+    array = np.ascontiguousarray(image)
+    if array.dtype.name not in DTYPES:
+        raise BadInput(
+            f"An image is an array (H, W) of uint8 or uint16, not of {array.dtype}.", "Convert it to grey."
+        )
+    return array
 
 
 def _pose(told: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -172,6 +172,23 @@ def test_what_is_no_mapping_is_no_pose(pose: Any) -> None:
             vision.check(pose, np.zeros((480, 640), np.uint8))
 
 
+@pytest.mark.parametrize(
+    ("image", "said"),
+    [
+        (None, "None is no image. cv2.imread gives it"),
+        ("photo.png", "an array .*, not of <U9"),
+        (np.zeros((480, 640), np.int16), "an array .*, not of int16"),
+    ],
+)
+def test_what_is_no_array_of_greys_is_no_image(image: Any, said: str) -> None:
+    """It was said that arrays of objects cannot be sent."""
+    with MockVisionServer() as mock, Vision(mock.endpoint, "m.cao", CAMERA.to_dict()) as vision:
+        with pytest.raises(BadInput, match=said):
+            vision.track(image)
+        with pytest.raises(BadInput, match=said):
+            vision.estimate(image)
+
+
 def test_a_session_that_has_ended_says_so(endpoint: str) -> None:
     with Vision(endpoint, TARGETS / "cube.cao", CAMERA.to_dict()) as vision:
         pass
