@@ -45,12 +45,16 @@ class Frame:
 
 
 def _frames_of(folder: Path) -> list[Path]:
-    """Those of its stack, in their order; else all images by name and number, but what sessions draw."""
+    """Those of its stack, in their order; else all images by name and number.
+
+    But what sessions draw, and hidden files: `._x.png` is what macOS knows of `x.png`, and no image.
+    """
     recorded = recorded_frames(folder).values() if (folder / STACK_FILE).is_file() else ()
     if recorded:
         return [folder / frame.image for frame in recorded]
     images = (file for file in folder.iterdir() if file.suffix.lower() in IMAGES)
-    return sorted((file for file in images if not file.stem.endswith(DRAWN)), key=_by_number)
+    meant = (file for file in images if not (file.name.startswith(".") or file.stem.endswith(DRAWN)))
+    return sorted(meant, key=_by_number)
 
 
 def _by_number(file: Path) -> tuple[list[str | int], str]:

@@ -274,7 +274,7 @@ def test_a_rate_that_no_film_has_is_not_a_film_s(folder: Path, monkeypatch: pyte
 
 
 def test_of_a_session_s_folder_its_frames_are_tracked_in_their_order(tmp_path: Path) -> None:
-    pictures = ["i1", "i1-overlay", "i1-edges", "i2", "i10"]
+    pictures = ["i1", "i1-overlay", "i1-edges", "i2", "._i2", "i10"]
     for name in pictures:
         cv2.imwrite(str(tmp_path / f"{name}.png"), np.zeros((4, 4), np.uint8))
     assert [Path(frame.name).stem for frame in Source([str(tmp_path)])] == ["i1", "i2", "i10"]
