@@ -68,13 +68,14 @@ def read_mesh(path: Path) -> Surface:
         if len(mesh.vertices) > len(mesh.faces):  # of a closed surface there are half as many
             mesh.vertices = _welded(np.asarray(mesh.vertices, dtype=np.float64))
             mesh.merge_vertices(merge_tex=True, merge_norm=True)
-        mesh.update_faces(mesh.nondegenerate_faces() & mesh.unique_faces())
+        mesh.update_faces(mesh.nondegenerate_faces())
         vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
-        faces = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
+        doubled = np.array(mesh.faces, dtype=np.int64).reshape(-1, 3)
+        faces = doubled[mesh.unique_faces()]
         if len(faces):
             faces = cut_at_junctions(vertices, faces, ON_SIDE_SHARE * _across(vertices))
         if len(faces) > MOST_TRIANGLES:
-            vertices, faces = _fewer(vertices, faces)
+            vertices, faces = _fewer(vertices, faces, doubled)
     except FileNotFoundError as error:  # the .bin of a .gltf
         said = f"model {path} needs the file {error.filename or error}, which is not beside it; copy both"
         raise GeometryError(said) from error
@@ -121,15 +122,20 @@ def surface_of_triangles(vertices: Floats, triangles: Ints) -> Surface:
     )
 
 
-def _fewer(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
+def _fewer(vertices: Floats, triangles: Ints, doubled: Ints) -> tuple[Floats, Ints]:
     """A mesh in fewer triangles, none of them more than READ_OFF of its size from its place.
+
+    Parameters
+    ----------
+    doubled : (U, 3), its triangles as the file has them. Where two bodies touch, each has its own there: with
+        one of both left out neither is closed.
 
     Raises
     ------
     GeometryError : it is not closed, or more than MOST_TRIANGLES are left.
     """
     size = _across(vertices)
-    few = simplified(vertices, triangles, READ_OFF * size)
+    few = simplified(vertices, triangles, READ_OFF * size) or simplified(vertices, doubled, READ_OFF * size)
     if few is None:
         raise GeometryError(
             f"it has {len(triangles)} triangles, and as it is not closed at most {MOST_TRIANGLES} are read. "
@@ -142,7 +148,8 @@ def _fewer(vertices: Floats, triangles: Ints) -> tuple[Floats, Ints]:
             f"{100.0 * READ_OFF:g} % of its size, and at most {MOST_TRIANGLES} are read. Export it with a "
             "coarser tolerance (0.1 % of its size will do)"
         )
-    return vertices[few[0]], few[1]
+    _, once = np.unique(np.sort(few[1], axis=1), axis=0, return_index=True)
+    return vertices[few[0]], few[1][np.sort(once)]
 
 
 def _across(vertices: Floats) -> float:
@@ -210,4 +217,6 @@ def simplified(vertices: Floats, triangles: Ints, off: float) -> tuple[Ints, Int
     places = np.concatenate([vertices, mesh.vert_properties])
     _, first, which = np.unique(places, axis=0, return_index=True, return_inverse=True)
     kept, number = np.unique(first[which[len(vertices) :]], return_inverse=True)
-    return kept, number[mesh.tri_verts.astype(np.int64)]
+    few = number[mesh.tri_verts.astype(np.int64)]
+    flat = (few == np.roll(few, 1, axis=1)).any(axis=1)  # where bodies touch, each had a corner of its own
+    return kept, few[~flat]

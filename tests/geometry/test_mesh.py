@@ -63,6 +63,22 @@ def test_a_closed_mesh_of_more_triangles_is_made_coarser(tmp_path: Path) -> None
     assert middles.min() > np.linalg.norm(ball.triangles_center, axis=1).min() - READ_OFF * model.diameter
 
 
+def test_bodies_that_touch_are_made_coarser(tmp_path: Path) -> None:
+    """Of the facets between them one of two was left, so that they were refused as not closed."""
+    below, above = trimesh.creation.box((0.1, 0.1, 0.1)), trimesh.creation.box((0.1, 0.1, 0.1))
+    above.apply_translation([0.0, 0.0, 0.1])
+    coarse = below + above
+    fine = coarse.subdivide()
+    for _ in range(5):
+        fine = fine.subdivide()
+    coarse.export(tmp_path / "coarse.stl")
+    fine.export(tmp_path / "fine.stl")
+    model = load_model(tmp_path / "fine.stl")
+    assert len(fine.faces) > MOST_TRIANGLES > len(model.triangles)
+    assert len(model.lines) == len(load_model(tmp_path / "coarse.stl").lines) == 20
+    assert np.ptp(model.vertices, axis=0) == pytest.approx([0.1, 0.1, 0.2])
+
+
 def test_a_mesh_that_is_too_finely_bent_says_how_many_are_left(tmp_path: Path) -> None:
     ball = trimesh.creation.icosphere(6, 0.1)
     off = 0.002 * np.random.default_rng(1).uniform(-1.0, 1.0, (len(ball.vertices), 1))
