@@ -22,7 +22,7 @@ from vision_server.channels.image_files import PLAIN, one_band, read_pixels
 from vision_server.channels.tone import file_gamma
 from vision_server.tracking.served_frames import SCHEMES, ServedFrames
 
-IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".bmp"}
+IMAGES = {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".pgm", ".ppm", ".pnm", ".bmp", ".webp"}
 DRAWN = ("-overlay", "-edges")  # pictures for people, beside a session's frames
 DEVICE = "/dev/video"
 RATES = (1.0, 1000.0)  # frames a second of films; files without an even rate tell e.g. 90000 (by hand)

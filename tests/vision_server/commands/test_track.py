@@ -273,6 +273,13 @@ def test_a_rate_that_no_film_has_is_not_a_film_s(folder: Path, monkeypatch: pyte
     assert source.rate() is None
 
 
+@pytest.mark.parametrize("kind", ["bmp", "jpg", "png", "pnm", "ppm", "tif", "webp"])
+def test_frames_may_be_images_of_each_kind_that_estimate_reads(tmp_path: Path, kind: str) -> None:
+    cv2.imwrite(str(tmp_path / f"f.{kind}"), np.full((16, 16, 3), 90, np.uint8))
+    (frame,) = Source([str(tmp_path)])
+    assert np.abs(frame.pixels.astype(int) - 90).max() <= 2
+
+
 def test_of_a_session_s_folder_its_frames_are_tracked_in_their_order(tmp_path: Path) -> None:
     pictures = ["i1", "i1-overlay", "i1-edges", "i2", "._i2", "i10"]
     for name in pictures:
