@@ -44,10 +44,12 @@ def camera_table(path: Path) -> dict[str, Any]:
             return _of_opencv(text)
         if path.suffix.lower() == ".xml":
             return _of_visp(ElementTree.fromstring(text))
-        data = yaml.safe_load(text)
+        data = next(yaml.safe_load_all(text), None)  # a printed message ends with a line of ---
         if not isinstance(data, Mapping):
             raise ValueError("it has no names with values")
-        return _of_kalibr(data) if "cam0" in data or "intrinsics" in data else _of_ros(data)
+        if "cam0" in data or "intrinsics" in data:
+            return _of_kalibr(data)
+        return _of_message(data) if "width" in data else _of_ros(data)
     except (ValueError, KeyError, TypeError, yaml.YAMLError, ElementTree.ParseError, cv2.error) as error:
         what = str(error).split("\n")[0]
         if isinstance(error, KeyError):
@@ -110,6 +112,18 @@ def _of_ros(data: Mapping[str, Any]) -> dict[str, Any]:
     return _of_matrix(
         size, data["camera_matrix"]["data"], _lens(model), data["distortion_coefficients"]["data"]
     )
+
+
+def _of_message(data: Mapping[str, Any]) -> dict[str, Any]:
+    """A CameraInfo as `ros2 topic echo --once` prints it, or `rostopic echo -n 1`, with K and D."""
+    known = {name.lower(): value for name, value in data.items()}
+    size = known["width"], known["height"]
+    region = known.get("roi") or {}
+    if max(known.get("binning_x", 0), known.get("binning_y", 0)) > 1:
+        raise ValueError("its images are binned, and its matrix is of the whole sensor")
+    if (region.get("width", 0), region.get("height", 0)) not in ((0, 0), size):
+        raise ValueError("its images are a part (roi) of those that its matrix is of")
+    return _of_matrix(size, known["k"], _lens(known["distortion_model"]), known["d"])
 
 
 def _of_kalibr(data: Mapping[str, Any]) -> dict[str, Any]:

@@ -57,6 +57,26 @@ distortion_coefficients:
     return path
 
 
+def message_file(path: Path, model: str, coefficients: tuple[float, ...], more: str = "") -> Path:
+    """As `ros2 topic echo --once` prints it; ROS 1 has K and D."""
+    k, d = ("K", "D") if "old" in path.name else ("k", "d")
+    path.write_text(
+        f"""header:
+  frame_id: camera
+height: 480
+width: 640
+distortion_model: {model}
+{d}:
+{"".join(f"- {one}{chr(10)}" for one in coefficients)}{k}:
+{"".join(f"- {one}{chr(10)}" for one in MATRIX.ravel())}roi:
+  height: 0
+  width: 0
+{more}---
+"""
+    )
+    return path
+
+
 def kalibr_file(path: Path, model: str, coefficients: tuple[float, ...], camera: str = "pinhole") -> Path:
     path.write_text(
         f"""cam0:
@@ -104,6 +124,8 @@ def expected(lens: str, coefficients: tuple[float, ...]) -> np.ndarray:
         ("ros.yaml", "plumb_bob", PINHOLE),
         ("ros-rational.yaml", "rational_polynomial", RATIONAL),
         ("ros-fisheye.yaml", "equidistant", FISHEYE),
+        ("message.yaml", "plumb_bob", PINHOLE),
+        ("message-old.yaml", "equidistant", FISHEYE),
         ("kalibr.yaml", "radtan", PINHOLE[:4]),
         ("kalibr-fisheye.yaml", "equidistant", FISHEYE),
         ("visp.xml", "pinhole", (-0.21, 0.0, 0.0, 0.0)),
@@ -117,6 +139,8 @@ def test_each_file_projects_as_its_program_does(
         opencv_file(path, coefficients, **({"fisheye_model": 1} if lens == "fisheye" else {}))
     elif program.startswith("ros"):
         ros_file(path, lens, coefficients)
+    elif program.startswith("message"):
+        message_file(path, lens, coefficients)
     elif program.startswith("kalibr"):
         kalibr_file(path, lens, coefficients)
     else:
@@ -141,6 +165,8 @@ def test_each_file_projects_as_its_program_does(
             "matrix is not fx 0 cx, 0 fy cy, 0 0 1",
         ),
         (lambda path: ros_file(path, "plumb_bob", PINHOLE, MATRIX + SKEW), "one with a skew is not known"),
+        (lambda path: message_file(path, "plumb_bob", PINHOLE, "binning_x: 2\n"), "images are binned"),
+        (lambda path: path.write_text("width: 640\n"), "no height"),
         (lambda path: path.write_text("a: [1, 2"), "no camera file"),
         (lambda path: path.write_text("%YAML:1.0\n---\nimage_width: 640\n"), "no camera_matrix"),
         (lambda path: path.write_text("%YAML:1.0\n---\ncamera_matrix: 3\n"), "something in it is no matrix"),
