@@ -153,5 +153,8 @@ def _towards(ratio: float, gap: float) -> float:
     for _ in range(NEWTON_STEPS):
         pull = ratio * math.exp(gap * x - 0.5 * gap * gap)
         slope = max(1.0 + pull - gap * pull * (gap - x), LEAST_SLOPE)
+        before = x
         x -= min(max((x - pull * (gap - x)) / slope, -MOST_NEWTON_STEP), MOST_NEWTON_STEP)
+        if x == before:
+            break
     return min(x, 0.5 * gap)
