@@ -38,7 +38,7 @@ obeyed(Command, Stepper, Stepper1) :-
     catch(command(Command, Stepper, Stepper1, Answer), Error, true),
     (   var(Error)
     ->  say(Answer)
-    ;   print_message(error, Error),
+    ;   ( Error = error(golog(reported), _) -> true ; print_message(error, Error) ),
         Stepper1 = Stepper
     ).
 

@@ -18,6 +18,7 @@ The commands are those that the console (console.pl) lists, as terms.
 :- use_module('../language/configuration').
 :- use_module('../language/context', [top_context/1]).
 :- use_module('../online/devices').
+:- use_module(checks, [check_program/1]).
 :- use_module(explain, [why/3]).
 :- use_module('../language/formula', [holds_in/2]).
 :- use_module('../online/journal', [journal_entries/3]).
@@ -128,6 +129,7 @@ told(history, conf(_, S, _), Answer) =>
     reverse(History, Actions),
     Answer = history(Actions).
 told(test(P), conf(_, S, _), Answer) =>
+    check_program(?(P)),
     (   holds_in(P, S)
     ->  Answer = holds(P)
     ;   told(why(holds(P)), conf(_, S, _), Answer)
