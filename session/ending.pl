@@ -20,6 +20,7 @@
 :- use_module(folder/run_folder, [run_file/3]).
 :- use_module(folder/session_file, [file_sha256/2]).
 :- use_module(installation, [installed_command/0]).
+:- use_module(shell_words, [shell_word/2]).
 :- use_module(times, [session_seconds/1]).
 :- use_module('../domain/reasoning/instead', [instead_image/2]).
 :- use_module('../indigolog/indigolog').
@@ -200,16 +201,6 @@ command_line(Command) :-
     ( installed_command -> Name = 'lights-and-camera' ; Name = 'swipl main.pl' ),
     maplist(shell_word, Arguments, Words),
     atomic_list_concat([Name|Words], ' ', Command).
-
-%   As a shell reads it again: what it would take apart or change stands in quotes.
-shell_word(Word, Word) :-
-    Word \== '',
-    forall(sub_atom(Word, _, 1, _, Char), ( char_type(Char, csym) ; sub_atom('-./:,=+@%', _, 1, _, Char) )),
-    !.
-shell_word(Word, Quoted) :-
-    atomic_list_concat(Parts, '\'', Word),
-    atomic_list_concat(Parts, '\'"\'"\'', Inner),
-    atomic_list_concat(['\'', Inner, '\''], Quoted).
 
                 /*******************************
                 *         EXIT STATUS          *

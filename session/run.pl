@@ -28,6 +28,7 @@ error, by Ctrl-C or by SIGTERM.
 :- use_module(strategy/named_actions, [check_chosen/1]).
 :- use_module(strategy/own_sensing, [check_own_sensing/1]).
 :- use_module(strategy/strategy_checks, [check_control/1, check_includes/1]).
+:- use_module(shell_words, [shell_word/2]).
 :- use_module(usage_errors, [usage_error/2]).
 :- use_module('../indigolog/tools/checks').
 :- use_module('../indigolog/indigolog').
@@ -102,7 +103,8 @@ cannot_go_on(_, Folder) :-
     \+ exists_directory(Folder),
     usage_error("the run folder ~w is not there any more", [Folder]).
 cannot_go_on(io_error(write, _), Folder) :-
-    usage_error("cannot write to the run folder: is there space? Then --resume ~w goes on", [Folder]).
+    shell_word(Folder, Word),
+    usage_error("cannot write to the run folder: is there space? Then --resume ~w goes on", [Word]).
 cannot_go_on(Formal, _) :-
     throw(error(Formal, _)).
 

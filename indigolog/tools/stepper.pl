@@ -21,6 +21,7 @@ The commands are those that the console (console.pl) lists, as terms.
 :- use_module(checks, [check_program/1]).
 :- use_module(explain, [why/3]).
 :- use_module('../language/formula', [holds_in/2]).
+:- use_module('../language/history', [own_step/1]).
 :- use_module('../online/journal', [journal_entries/3]).
 :- use_module('../online/run_options', [known_options/1]).
 :- use_module('../online/runs', [begin_run/2, end_run/1]).
@@ -103,7 +104,7 @@ command(undo, stepper([Now|Past], Devices), Stepper1, Answer) =>
     ;   Stepper1 = stepper(Past, Devices),
         Past = [conf(_, S, _)|_],
         situation_history(S, History),
-        aggregate_all(count, ( member(A, History), A \= e(_, _) ), N),
+        aggregate_all(count, ( member(A, History), \+ own_step(A) ), N),
         Answer = undone(N)
     ).
 command(Question, Stepper, Stepper1, Answer) =>

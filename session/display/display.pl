@@ -14,6 +14,7 @@ All text of a session, as messages: session(Term).
 :- use_module(outcome, [counted/3, merit_words/2]).
 :- use_module(reasons, [decision_reason/3]).
 :- use_module('../folder/result', [print_result/1]).
+:- use_module('../shell_words', [shell_word/2]).
 :- use_module(server_words, [server_words/2, what_happened/2, what_is_done/2]).
 :- use_module(viewing, [view_address/1]).
 :- use_module(wrapping, [wrapped/3]).
@@ -202,8 +203,8 @@ session_message(no_further(Whys)) -->
     [ '  why the strategy went no further:', nl ],
     prolog:message(golog(why(Whys))).
 session_message(goes_on(By, Folder)) -->
-    { interruption_words(By, Words) },
-    [ '  ~w--resume ~w goes on'-[Words, Folder] ].
+    { interruption_words(By, Words), shell_word(Folder, Word) },
+    [ '  ~w--resume ~w goes on'-[Words, Word] ].
 session_message(because(Device, Reason)) -->
     explanation(Device, Reason).
 

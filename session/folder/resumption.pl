@@ -18,6 +18,7 @@ restoration.pl and sent by recovery.pl, which also brings back a server that die
 :- use_module('../../indigolog/online/journal', [journal_entries/3]).
 :- use_module(run_folder, [replace_file/2, run_file/3]).
 :- use_module(session_file).
+:- use_module('../shell_words', [shell_word/2]).
 :- use_module('../strategy/strategy_file', [strategy_sha256/2]).
 :- use_module('../usage_errors', [dashes/2, usage_error/2]).
 :- use_module(library(apply), [exclude/3, maplist/3, partition/4]).
@@ -140,9 +141,10 @@ as_it_was(File, Sha256, Folder) :-
     ->  usage_error("the controller ~w is not there any more: put back the file that the session was begun with", [File])
     ;   strategy_sha256(File, Sha256)
     ->  true
-    ;   usage_error("the controller ~w, or one that it includes, is not the file any more that the session was begun with: \c
+    ;   maplist(shell_word, [Folder, File], Words),
+        usage_error("the controller ~w, or one that it includes, is not the file any more that the session was begun with: \c
                      put it back as it was, or do the session anew with it as it is now, --again ~w --controller ~w",
-                    [File, Folder, File])
+                    [File|Words])
     ).
 
 inside(Folder, File) :-
