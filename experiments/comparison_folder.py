@@ -60,6 +60,7 @@ def compare_table(folder: Path, out: Path, reports: int = 0, page: Path | None =
         grids += [scenes_grid(outcomes), deciding_grid(outcomes, table, folder, out), power_grid(outcomes)]
     if outcomes.kind == "estimate":
         grids.append(scores_grid(outcomes))
+    grids = [grid for grid in grids if grid.rows]  # one strategy differs from no other
     caption = head(description, table.num_rows)
     try:
         out.mkdir(parents=True, exist_ok=True)

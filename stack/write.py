@@ -3,7 +3,8 @@
 import hashlib
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -86,15 +87,25 @@ def file_sha256(file: Path) -> str:
         return hashlib.file_digest(stream, "sha256").hexdigest()
 
 
-def write_frames(folder: Path, describe: Describe, frames: Sequence[tuple[Settings, FramePixels]]) -> None:
-    """A stack of kind "frames": each frame, bit for bit, with the settings it was taken under."""
+@contextmanager
+def frames_stack(folder: Path, describe: Describe) -> Iterator[Callable[[Settings, FramePixels], None]]:
+    """A stack of kind "frames": what writes a frame, bit for bit, with the settings it was taken under.
+
+    However it ends, the frames that were written are a stack; without any there is none.
+    """
     table = described(folder, describe)
-    listed = []
-    for number, (settings, pixels) in enumerate(frames, 1):
-        name = f"frame{number:04d}.png"
+    listed: list[FrameTable] = []
+
+    def write(settings: Settings, pixels: FramePixels) -> None:
+        name = f"frame{len(listed) + 1:04d}.png"
         write_png(folder / name, pixels)
         listed.append(frame_table(name, settings))
-    write_table(folder, {"kind": "frames", **table, "frames": msgspec.to_builtins(listed)})
+
+    try:
+        yield write
+    finally:
+        if listed:
+            write_table(folder, {"kind": "frames", **table, "frames": msgspec.to_builtins(listed)})
 
 
 def frame_table(image: str, settings: Settings) -> FrameTable:
@@ -173,6 +184,8 @@ def _write(file: Path, content: bytes) -> None:
             stream.flush()
             os.fsync(stream.fileno())
     except OSError as error:
+        with suppress(OSError):
+            file.unlink()  # half of it may be there
         raise BadInput(
             f"Cannot write {file}: {error.strerror or error}.", "Is there space, and may you write there?"
         ) from None

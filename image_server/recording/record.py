@@ -1,21 +1,24 @@
 """Recording a stack folder from a device, so that an evening in the laboratory becomes a repeatable test."""
 
 import itertools
+import shutil
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
+from bridge.command_line import counted
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings
 from image_server.recording.linearity import Radiance, linear, measured_ratio, united
 from image_server.serve.device import Change, Device, Frame, checked_settings
 from numerics.arrays import Flags, Floats
 from stack.exposure import WHITE, full_levels, level_fraction, relative_exposure
-from stack.write import known_target, new_folder, write_basis, write_frames
+from stack.format import STACK_FILE
+from stack.write import frames_stack, known_target, new_folder, write_basis
 
 SATURATED = 254  # one below white, for noise
 LARGEST_NONLINEARITY = 0.1
@@ -74,19 +77,29 @@ def record_frames(
 ) -> Recording:
     """A stack of kind "frames": every setting, `repeat` times, as it came.
 
+    Each frame is written when it has come. Where an error ends it, those that came before are a stack.
+
     Raises
     ------
     BadInput : before anything is taken: settings that the device does not offer, no calibration or target,
         a folder that cannot be used.
-    DeviceError : the device failed; nothing is written then.
+    DeviceError : the device failed.
     """
     camera = _Camera(device, progress)
     asked = [checked_settings(camera.describe, one) for one in settings]
     known_target(camera.describe)
     device.listen(lambda change: progress(f"event: {change.event}") if change.event in OF_SCENE else None)
-    with _stack_in(folder):
-        taken = [camera.capture(one) for one in asked for _ in range(repeat)]
-        write_frames(folder, camera.describe, [(frame.applied, frame.pixels) for frame in taken])
+    written = 0
+    try:
+        with _stack_in(folder), frames_stack(folder, camera.describe) as write:
+            for one in [one for one in asked for _ in range(repeat)]:
+                frame = camera.capture(one)
+                write(frame.applied, frame.pixels)
+                written += 1
+    except BaseException:
+        if written:
+            progress(f"{folder} is a stack of the {counted(written, 'frame')} before")
+        raise
     return Recording(camera.taken, camera.unverified)
 
 
@@ -140,15 +153,14 @@ def _must_stand_still(change: Change) -> None:
 
 @contextmanager
 def _stack_in(folder: Path) -> Iterator[None]:
-    """A folder for a stack; where none comes to be, a new one does not stay empty; raises as `new_folder`."""
+    """A folder for a stack; where none comes to be, a new one does not stay; raises as `new_folder`."""
     there = folder.exists()
     new_folder(folder)
     try:
         yield
     except BaseException:
-        if not there:
-            with suppress(OSError):  # what is in it stays
-                folder.rmdir()
+        if not there and not (folder / STACK_FILE).exists():
+            shutil.rmtree(folder, ignore_errors=True)
         raise
 
 

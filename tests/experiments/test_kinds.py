@@ -1,5 +1,6 @@
 """Kinds of cells beside sessions, and comparisons of each."""
 
+import json
 import os
 import re
 import tempfile
@@ -109,9 +110,10 @@ def test_an_approach_counts_its_hold_points(tmp_path: Path) -> None:
     assert row["holds"] == row["fixed"] == 7
 
 
-def made_up(folder: Path) -> Path:
+def made_up(folder: Path, *controllers: str) -> Path:
     """A table of ten scenes where one strategy is right and the other is wrong in every second one."""
-    text = 'controllers = ["heuristic", "simple"]\ntargets = ["cube"]\nposes = "1-10"\nseeds = "1-3"\n'
+    named = json.dumps(controllers or ("heuristic", "simple"))
+    text = f'controllers = {named}\ntargets = ["cube"]\nposes = "1-10"\nseeds = "1-3"\n'
     plan = read_plan(plan_file(folder, text))
     rows = []
     for cell in plan.cells():
@@ -149,6 +151,14 @@ def test_a_comparison_says_who_is_better_where_and_how_sure(
     shown = capsys.readouterr().out
     assert "heuristic − simple" in shown
     assert "…" not in shown  # no cell is cut, however narrow the terminal
+
+
+def test_of_one_strategy_no_empty_table_is_shown(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    compare_table(made_up(tmp_path, "simple"), tmp_path / "compared")
+    text = (tmp_path / "compared" / "comparison.md").read_text()
+    assert "## Strategies" in text and "## Scenes" in text
+    assert "## Paired" not in text and "## Power" not in text and "## Cells that decide" not in text
+    assert "Paired" not in capsys.readouterr().out
 
 
 def test_scenes_without_a_true_pose_are_neither_right_nor_false(tmp_path: Path) -> None:

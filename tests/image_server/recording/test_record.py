@@ -1,5 +1,7 @@
 """Recording: what is replayed from a recorded stack is what the device would have shown."""
 
+import errno
+import os
 import signal
 from pathlib import Path
 
@@ -16,7 +18,7 @@ from image_server.serve.device import Device, Frame
 from image_server.simulator.scenario import load_scenario
 from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.simulator import Simulator
-from stack.read import BasisStack, load_stack
+from stack.read import BasisStack, load_stack, recorded_frames
 from stack.write import described
 from tests.commands import command, process
 
@@ -235,6 +237,49 @@ def test_a_camera_that_fails_leaves_no_empty_folder(
         with pytest.raises(DeviceError):
             record_frames(simulator, folder, settings, 1, lambda _: None)
     assert [one.name for one in tmp_path.iterdir()] == ["given"]
+
+
+def test_frames_that_came_before_an_error_are_a_stack(simulator: Simulator, tmp_path: Path) -> None:
+    class Failing(Device):
+        name = "failing"
+        left = 2
+
+        def describe(self) -> Describe:
+            return simulator.describe()
+
+        def capture(self, settings: Settings) -> Frame:
+            self.left -= 1
+            if self.left < 0:
+                raise DeviceError("The camera is gone.")
+            return simulator.capture(settings)
+
+        def health(self) -> dict[str, object]:
+            return simulator.health()
+
+    told: list[str] = []
+    with pytest.raises(DeviceError):
+        record_frames(Failing(), tmp_path / "kept", SETTINGS, 1, told.append)
+    assert told[-1] == f"{tmp_path / 'kept'} is a stack of the 2 frames before"
+    kept = recorded_frames(tmp_path / "kept")
+    assert [frame.settings() for frame in kept.values()] == SETTINGS[:2]
+
+
+def test_where_the_disk_is_full_the_frames_before_are_a_stack(
+    simulator: Simulator, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    fsync, synced = os.fsync, []
+
+    def full(descriptor: int) -> None:
+        synced.append(descriptor)
+        if len(synced) == 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        fsync(descriptor)
+
+    monkeypatch.setattr(os, "fsync", full)
+    with pytest.raises(BadInput, match=r"Cannot write .*frame0002\.png: No space left"):
+        record_frames(simulator, tmp_path / "kept", SETTINGS, 1, ignore)
+    assert len(recorded_frames(tmp_path / "kept")) == 1
+    assert not (tmp_path / "kept" / "frame0002.png").exists()
 
 
 def test_ctrl_c_ends_a_recording_and_leaves_no_empty_folder(
