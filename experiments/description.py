@@ -14,6 +14,8 @@ from bridge.errors import BadInput, DeviceError
 from bridge.whole_file import replaced
 from experiments.kinds import KINDS
 from experiments.plan import PlanSettings
+from geometry.errors import GeometryError
+from geometry.model import files_of_model
 from stack.format import STACK_FILE
 from stack.tables import plain_message
 
@@ -94,11 +96,14 @@ def _contents(sources: Named) -> dict[str, dict[str, str]]:
 def _digest(axis: str, source: Any) -> str:
     if axis == "conditions":
         return hashlib.sha256(json.dumps(source, sort_keys=True).encode()).hexdigest()
-    file = Path(source) / STACK_FILE if axis == "stacks" else Path(source)
-    content = file.read_bytes()
-    if axis == "targets" and file.with_suffix(".toml").is_file():  # how it looks
-        content += file.with_suffix(".toml").read_bytes()
-    return hashlib.sha256(content).hexdigest()
+    files = [Path(source) / STACK_FILE if axis == "stacks" else Path(source)]
+    if axis == "targets":
+        appearance = files[0].with_suffix(".toml")
+        try:
+            files = files_of_model(files[0]) + ([appearance] if appearance.is_file() else [])
+        except GeometryError as error:
+            raise BadInput(f"{error}.") from None
+    return hashlib.sha256(b"".join(file.read_bytes() for file in files)).hexdigest()
 
 
 def read_description(folder: Path) -> dict[str, Any]:

@@ -6,8 +6,10 @@ from typing import NoReturn
 
 import numpy as np
 
+from geometry.cao_parts import Part, moved, united
 from geometry.errors import GeometryError
 from geometry.polygon import triangulate
+from geometry.pose import Pose
 from geometry.surface import Surface
 from numerics.arrays import Floats, Ints
 
@@ -23,13 +25,54 @@ def read_cao(path: Path) -> Surface:
     """Read points, lines, faces from lines, faces from points, cylinders and circles.
 
     Comments (`#`, `//`), attributes (`name=…`) and missing last sections are allowed. A cylinder is its
-    lateral surface, a circle a disc; both are tessellated, so that a cylinder with two circles closes.
+    lateral surface, a circle a disc; both are tessellated, so that a cylinder with two circles closes. Files
+    that it loads are parts of it.
 
     Raises
     ------
     GeometryError : with file and line of what is wrong.
     """
-    reader = _Reader(path)
+    return united([moved(_read_alone(_Reader(part.file)), part.pose) for part in _parts(path)])
+
+
+def files_of_cao(path: Path) -> list[Path]:
+    """A .cao file, and those that it or one of these loads, each once; raises as `read_cao`."""
+    return list(dict.fromkeys(part.file for part in _parts(path)))
+
+
+def _parts(path: Path) -> list[Part]:
+    """The file itself, and all that it and its parts load, with their poses in its frame.
+
+    Raises
+    ------
+    GeometryError : a part is not beside the file or below, cannot be read, or loads a file that loads it.
+    """
+    folder, parts = path.parent.resolve(), list[Part]()
+
+    def add(part: Part, above: tuple[Path, ...]) -> None:
+        parts.append(part)
+        reader = _Reader(part.file)
+        for row, line in reader.loads:
+            where = f"{part.file}:{row}"
+            try:
+                loaded = Part.told(line, part.file.parent)
+            except GeometryError as error:
+                raise GeometryError(f"{where}: {error}") from None
+            real = loaded.file.resolve()
+            if not real.is_relative_to(folder):
+                raise GeometryError(f"{where}: {loaded.file} is not beside {path} or below. Copy it there")
+            if real in above:
+                raise GeometryError(f"{where}: {loaded.file} loads itself")
+            if not real.is_file():
+                raise GeometryError(f"{where}: there is no file {loaded.file}")
+            add(Part(loaded.file, part.pose.compose(loaded.pose)), (*above, real))
+
+    add(Part(path, Pose(np.zeros(3), np.zeros(3))), (path.resolve(),))
+    return parts
+
+
+def _read_alone(reader: "_Reader") -> Surface:
+    """What a file says itself."""
     reader.version()
     points = reader.points()
     vertices = np.array(points, dtype=np.float64).reshape(-1, 3)
@@ -59,7 +102,7 @@ def read_cao(path: Path) -> Surface:
 
 
 class _Reader:
-    """Tokens of a file, each with its line."""
+    """Tokens of a file, each with its line, and the lines after its version that load others."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -68,9 +111,13 @@ class _Reader:
         except OSError as error:
             raise GeometryError(f"model {path} cannot be read: {error.strerror}") from error
         self.tokens: list[tuple[str, int]] = []
+        self.loads: list[tuple[int, str]] = []
         for row, line in enumerate(text.lstrip("\ufeff").splitlines(), start=1):
-            bare = ATTRIBUTE.sub(" ", COMMENT.sub("", line))
-            self.tokens += [(token, row) for token in bare.split()]
+            bare = COMMENT.sub("", line)
+            if len(self.tokens) == 1 and bare.lstrip().lower().startswith("load"):
+                self.loads.append((row, bare))
+            else:
+                self.tokens += [(token, row) for token in ATTRIBUTE.sub(" ", bare).split()]
         self.position = 0
         # said in place of what fails: points end before their count does
         self.broken: tuple[int, str] | None = None

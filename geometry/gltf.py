@@ -1,5 +1,6 @@
 """Whether a glTF file's points can be read: what its reader does not know comes out as another shape."""
 
+import codecs
 import json
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,17 @@ class FilesBeside:
             return bytes(self._files.get(uri))
         except FileNotFoundError:
             return bytes(self._files.get(unquote(uri)))
+
+
+def files_of_gltf(path: Path) -> list[Path]:
+    """A .gltf file, and those beside it that hold its points."""
+    try:
+        buffers = json.loads(path.read_bytes().removeprefix(codecs.BOM_UTF8)).get("buffers", [])
+        names = [buffer["uri"] for buffer in buffers if "uri" in buffer]
+    except (ValueError, AttributeError, TypeError):  # whoever reads it says what is wrong
+        return [path]
+    beside = [path.parent / name for name in names if not name.startswith("data:")]
+    return [path, *(file if file.is_file() else file.with_name(unquote(file.name)) for file in beside)]
 
 
 def must_be_plain(content: bytes) -> None:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from geometry.cao import read_cao
+from geometry.cao import files_of_cao, read_cao
 from geometry.errors import GeometryError
+from geometry.gltf import files_of_gltf
 from geometry.mesh import read_mesh
 from geometry.polygon import triangulate
 from geometry.pose import Pose
@@ -25,6 +26,7 @@ READERS: dict[str, Callable[[Path], Surface]] = {
     ".glb": read_mesh,
     ".gltf": read_mesh,
 }
+OF_SEVERAL_FILES: dict[str, Callable[[Path], list[Path]]] = {".cao": files_of_cao, ".gltf": files_of_gltf}
 SIZES_M = (1e-5, 1e4)  # across: beyond, no camera has seen it, and the unit is wrong
 ROUNDED_SHARE = 1e-9  # of the size: a middle so near to the origin is there, but for rounding
 TARGETS = Path(__file__).resolve().parent.parent / "targets"
@@ -166,6 +168,12 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
     if len(model.lines) == 0:
         raise GeometryError(f"model {path} has no lines to match")
     return model
+
+
+def files_of_model(path: Path) -> list[Path]:
+    """The model file, and those beside or below it that it reads; raises as `load_model`."""
+    several = OF_SEVERAL_FILES.get(path.suffix.lower())
+    return [path] if several is None else several(path)
 
 
 def find_target(name_or_file: str) -> Path:

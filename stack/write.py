@@ -17,6 +17,8 @@ from bridge.arrays import FramePixels
 from bridge.errors import BadInput
 from bridge.messages import Describe, Settings, TargetDescription
 from bridge.whole_file import replaced
+from geometry.errors import GeometryError
+from geometry.model import files_of_model
 from stack.exposure import FULL_SCALE_16
 from stack.format import STACK_FILE, FrameTable
 from stack.tables import toml_text
@@ -59,26 +61,35 @@ def known_target(describe: Describe) -> TargetDescription:
 
 
 def described(folder: Path, describe: Describe) -> dict[str, Any]:
-    """Camera, lights and target of a stack; the model file is copied into its folder.
+    """Camera, lights and target of a stack; the model file is copied into its folder, with what it reads.
 
     Raises
     ------
     BadInput : calibration or target is not known, or the model cannot be copied.
     """
     model = Path(known_target(describe).model)
-    copy = folder / model.name
-    try:
-        if not (copy.exists() and copy.samefile(model)):
-            shutil.copyfile(model, copy)
-    except OSError as error:
-        raise BadInput(
-            f"Cannot copy {model} to {copy}: {error.strerror or error}.",
-            "Is there space, and may you write there?",
-        ) from None
+    for file in _files_of(model):
+        copy = folder / file.relative_to(model.parent)
+        try:
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            if not (copy.exists() and copy.samefile(file)):
+                shutil.copyfile(file, copy)
+        except OSError as error:
+            raise BadInput(
+                f"Cannot copy {file} to {copy}: {error.strerror or error}.",
+                "Is there space, and may you write there?",
+            ) from None
     table = msgspec.to_builtins({key: getattr(describe, key) for key in ("camera", "lights", "target")})
     table["camera"] |= {"shutters_s": list(describe.shutters_s), "apertures": list(describe.apertures)}
-    table["target"] |= {"model": model.name, "sha256": file_sha256(copy)}
+    table["target"] |= {"model": model.name, "sha256": file_sha256(folder / model.name)}
     return dict(table)
+
+
+def _files_of(model: Path) -> list[Path]:
+    try:
+        return files_of_model(model)
+    except GeometryError as error:
+        raise BadInput(f"{error}.") from None
 
 
 def file_sha256(file: Path) -> str:

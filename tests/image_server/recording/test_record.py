@@ -8,9 +8,11 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+import trimesh
 
 from bridge.errors import BadInput, DeviceError
 from bridge.messages import Describe, Settings
+from geometry.model import TARGETS, load_model
 from image_server.commands.record import parsed_settings
 from image_server.recording.record import record_basis, record_frames
 from image_server.replay import Replay
@@ -237,6 +239,27 @@ def test_a_camera_that_fails_leaves_no_empty_folder(
         with pytest.raises(DeviceError):
             record_frames(simulator, folder, settings, 1, lambda _: None)
     assert [one.name for one in tmp_path.iterdir()] == ["given"]
+
+
+@pytest.mark.parametrize("kind", ["gltf", "cao"])
+def test_a_model_of_several_files_goes_with_the_stack(tmp_path: Path, kind: str) -> None:
+    (tmp_path / "parts").mkdir()
+    model = tmp_path / f"whole.{kind}"
+    if kind == "gltf":
+        scene = trimesh.Scene(trimesh.creation.box((0.3, 0.2, 0.1)))
+        for name, content in scene.export(file_type="gltf").items():  # type: ignore[no-untyped-call]
+            file = tmp_path / name.replace("model.gltf", model.name).replace("gltf_buffer", "parts/a b")
+            file.write_bytes(content.replace(b"gltf_buffer", b"parts/a%20b"))
+    else:
+        (tmp_path / "parts" / "cube.cao").write_bytes((TARGETS / "cube.cao").read_bytes())
+        model.write_text('V1\nload("parts/cube.cao", t=[0; 0; 0.1])\n0\n')
+    simulator = Simulator(model, nominal(), seed=5)
+    record_frames(simulator, tmp_path / "stack", SETTINGS[:1], repeat=1, progress=ignore)
+    for file in [model, *(tmp_path / "parts").iterdir()]:
+        file.unlink()
+    target = load_stack(tmp_path / "stack").table.target
+    copy = load_model(tmp_path / "stack" / target.model, target.unit)
+    assert np.array_equal(copy.vertices, simulator.model.vertices)
 
 
 def test_frames_that_came_before_an_error_are_a_stack(simulator: Simulator, tmp_path: Path) -> None:
