@@ -16,10 +16,6 @@ trackers read FOLDER/visp.xml, ViSP's own settings for that sequence.
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import tempfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -27,8 +23,8 @@ import numpy as np
 import typer
 from scipy.optimize import least_squares
 
+from benchmarks.visp_tracker import KINDS, Step, visp
 from geometry.model import Model, load_model
-from geometry.pose import Pose
 from geometry.rotation import matrix_of
 from numerics.arrays import Floats
 from vision_server.channels.image_files import read_grey
@@ -37,21 +33,9 @@ from vision_server.tracking.motion import about
 from vision_server.tracking.sources import IMAGES
 from vision_server.tracking.tracker import Tracker
 
-SOURCE = Path(__file__).with_name("visp_tracker.cpp")
-LIBRARIES = ("mbt", "io", "core", "me", "klt", "vision", "visual_features")
 TILT_SCALE, HEIGHT_SCALE = np.radians(0.5), 0.003  # of residuals, beyond which they count less
 BOUND_99 = 11.34  # of three squared errors
 ORDER = [3, 4, 5, 0, 1, 2]  # ViSP states translation first
-
-
-@dataclass(frozen=True, eq=False)
-class Step:
-    """One frame of a track; the covariance (6, 6) is of a left-multiplied step, None where none is stated."""
-
-    pose: Pose | None
-    covariance: Floats | None
-    state: str
-    seconds: float
 
 
 def ours(images: list[Path], folder: Path, model: Model) -> list[Step]:
@@ -61,34 +45,6 @@ def ours(images: list[Path], folder: Path, model: Model) -> list[Step]:
     tracker = Tracker(model, camera, seed_pose, float(table.get("gamma", 1.0)))
     told = [tracker.step(read_grey(image)) for image in images]
     return [Step(one.pose, one.covariance, one.state, one.seconds) for one in told]
-
-
-def visp(
-    images: list[Path], folder: Path, model: Path, seed_pose: Pose, prefix: Path, kind: str
-) -> list[Step]:
-    """ViSP's tracker of moving edges (`edge`), or of these and KLT points (`both`)."""
-    libraries = prefix / "lib" / "x86_64-linux-gnu"
-    places = [libraries, libraries / "lapack", libraries / "blas", prefix / "lib"]
-    found = os.environ | {"LD_LIBRARY_PATH": ":".join(map(str, places))}
-    includes = ("include/x86_64-linux-gnu", "include", "include/opencv4")
-    with tempfile.TemporaryDirectory() as place:
-        program = Path(place) / "visp_tracker"
-        subprocess.run(
-            ["g++", "-O2", *(f"-I{prefix / one}" for one in includes), str(SOURCE), "-o", str(program),
-             f"-L{libraries}", *(f"-lvisp_{one}" for one in LIBRARIES), "-Wl,--allow-shlib-undefined"],
-            check=True, env=found,
-        )  # fmt: skip
-        first = [repr(float(x)) for x in (*seed_pose.translation, *seed_pose.rotation_vector)]
-        command = [str(program), str(folder / "visp.xml"), str(model), kind, *first, *map(str, images)]
-        told = subprocess.run(command, check=True, capture_output=True, text=True, env=found).stdout
-    steps = []
-    for line in told.splitlines():
-        if line == "lost":
-            steps.append(Step(None, None, "lost", 0.0))
-            continue
-        numbers = np.array(line.split(), dtype=np.float64)
-        steps.append(Step(Pose(numbers[3:6], numbers[:3]), None, "sure", 1e-3 * float(numbers[6])))
-    return steps
 
 
 def plane_of(rotations: Floats, centres: Floats) -> tuple[Floats, float, Floats]:
@@ -172,7 +128,7 @@ def main(
     tracks = {"ours": ours(images, folder, model)}
     if prefix is not None:
         seed_pose = read_seed_pose(folder / "seed.toml", model)
-        for kind in ("edge", "both"):
+        for kind in KINDS:
             tracks[f"visp {kind}"] = visp(images, folder, place, seed_pose, prefix, kind)
     tilts = {}
     for name, steps in tracks.items():

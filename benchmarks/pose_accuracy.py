@@ -4,8 +4,8 @@
         [--command-line]
 
 FOLDER holds images, `camera.toml`, a `.cao` model and poses, either one 4x4 matrix per image
-(`Camera_L_*.txt`, exact) or tracks of a tracker (`visp_*_poses.txt`; then the error is that to the nearer
-track).
+(`Camera_L_*.txt`, or `CameraPose/Camera_*.txt` of `Images/Image_*.pgm`, exact) or tracks of a tracker
+(`visp_*_poses.txt`; then the error is that to the nearer track).
 One JSON object per estimate, then one with the success rate, the median and the 90th percentile.
 """
 
@@ -56,14 +56,16 @@ class Trial:
 
 def true_poses(folder: Path) -> dict[Path, tuple[Pose, ...]]:
     """Images of a folder with their true poses, or with one pose of each track."""
-    matrices = sorted(folder.glob("Camera_L_*.txt"))
+    matrices = {
+        folder / f"{file.stem.removeprefix('Camera_L_')}_L.jpg": file
+        for file in folder.glob("Camera_L_*.txt")
+    } | {
+        folder / "Images" / f"Image_{int(file.stem.removeprefix('Camera_')):04d}.pgm": file
+        for file in folder.glob("CameraPose/Camera_*.txt")
+    }
     if matrices:
-        out: dict[Path, tuple[Pose, ...]] = {}
-        for file in matrices:
-            matrix = np.loadtxt(file)
-            image = folder / f"{file.stem.removeprefix('Camera_L_')}_L.jpg"
-            out[image] = (Pose.from_matrix(matrix[:3, :3], matrix[:3, 3]),)
-        return out
+        read = {image: np.loadtxt(matrices[image]) for image in sorted(matrices)}
+        return {image: (Pose.from_matrix(m[:3, :3], m[:3, 3]),) for image, m in read.items()}
     tracks = [np.loadtxt(file) for file in sorted(folder.glob("visp_*_poses.txt"))]
     if not tracks:
         raise typer.BadParameter(f"{folder} has no poses (Camera_L_*.txt or visp_*_poses.txt)")

@@ -1,10 +1,11 @@
 """Tracking on simulated films: motion, an arm, lights that switch, a target that leaves and comes back.
 
     .venv/bin/python -m benchmarks.tracking [--films 4] [--frames 120] [--kind NAME ...] [--first 0]
-    .venv/bin/python -m benchmarks.tracking --recorded FOLDER
+    .venv/bin/python -m benchmarks.tracking --recorded FOLDER [--visp PREFIX]
 
 With ``--first-sight`` no pose is given for the first frame, which counts then, too; with ``--recorded`` each
-frame of the folder is the first of three.
+frame of the folder is the first of three. With ``--visp``, as of `benchmarks.planar_track`, ViSP's trackers
+follow it, too.
 
 Targets of the project and parts drawn at random, before clutter, at 640x480; each film moves by up to 20 px
 and 3 degrees a frame. One JSON object for each kind of film: shares of frames that are sure, sure and wrong
@@ -15,7 +16,7 @@ found again; how many poses are within the 99 % bound of their covariance; proce
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -24,6 +25,8 @@ import typer
 
 from benchmarks.films import CAMERA, KINDS, Shown, film
 from benchmarks.pose_accuracy import true_poses
+from benchmarks.visp_tracker import KINDS as VISP
+from benchmarks.visp_tracker import Step, visp
 from experiments.kinds.estimate import normalised_error_squared
 from geometry.model import Model, load_model
 from geometry.pose import Pose
@@ -152,17 +155,33 @@ def recorded(folder: Path, first_sight: bool = False) -> dict[str, object]:
     model = load_model(next(folder.glob("*.cao")))
     runs = [frames[k : k + 3] for k in range(len(frames))] if first_sight else [frames]
     turns = symmetry_of(model).turns if first_sight else (Pose(np.zeros(3), np.zeros(3)),)
-    told, errors = [], []
+    told, true = [], []
     for run in runs:
         tracker = Tracker(model, camera, Anywhere() if first_sight else run[0][1][0], gamma, tone_sd_px)
         for image, poses in run:
             told.append(tracker.step(read_grey(image)))
-            if (pose := told[-1].pose) is not None:
-                true = [one.compose(turn) for one in poses for turn in turns]
-                near = [one for one in map(pose.error_to, true) if one.rotation_deg < LOOSE[0]]
-                errors.append(min(near or map(pose.error_to, true), key=lambda error: error.translation_m))
+            true.append([one.compose(turn) for one in poses for turn in turns])
+    return compared(f"tracking {folder.name}", told, true)
+
+
+def recorded_by_visp(folder: Path, prefix: Path) -> Iterator[dict[str, object]]:
+    """ViSP's trackers on the same, by the settings of its file visp.xml."""
+    frames = sorted(true_poses(folder).items())
+    images, true = [image for image, _ in frames], [list(poses) for _, poses in frames]
+    for one in VISP:
+        told = visp(images, folder, next(folder.glob("*.cao")), true[0][0], prefix, one)
+        yield compared(f"visp {one} {folder.name}", told, true)
+
+
+def compared(name: str, told: Sequence[Tracked | Step], true: Sequence[list[Pose]]) -> dict[str, object]:
+    """What is told of frames beside their true poses, of each the nearest."""
+    errors = []
+    for one, poses in zip(told, true, strict=True):
+        if one.pose is not None:
+            near = [error for error in map(one.pose.error_to, poses) if error.rotation_deg < LOOSE[0]]
+            errors.append(min(near or map(one.pose.error_to, poses), key=lambda error: error.translation_m))
     return {
-        "name": f"tracking {folder.name}", "value": sum(e.within(*LOOSE) for e in errors) / len(told),
+        "name": name, "value": sum(e.within(*LOOSE) for e in errors) / len(told),
         "unit": "share within 3 degrees and 2 %", "frames": len(told),
         "within_1": sum(e.within(*WRONG) for e in errors) / len(told),
         **{state: sum(one.state == state for one in told) for state in ("sure", "unsure", "lost")},
@@ -179,10 +198,13 @@ def main(
     folder: Annotated[Path | None, typer.Option("--recorded", help="Images with poses instead.")] = None,
     kind: Annotated[list[str] | None, typer.Option(help=f"Of {', '.join(KINDS)}.")] = None,
     first_sight: Annotated[bool, typer.Option("--first-sight", help="No first pose is given.")] = False,
+    prefix: Annotated[Path | None, typer.Option("--visp", help="Where ViSP is: beside its trackers.")] = None,
 ) -> None:
     """One line a kind of film, or one of a folder."""
     if folder is not None:
-        print(json.dumps(recorded(folder.resolve(), first_sight)))
+        print(json.dumps(recorded(folder.resolve(), first_sight)), flush=True)
+        for theirs in [] if prefix is None else recorded_by_visp(folder.resolve(), prefix):
+            print(json.dumps(theirs), flush=True)
         return
     for one in kind or KINDS:
         made = [film(number, one, frames) for number in range(first, first + films)]
