@@ -62,6 +62,8 @@ def _number(word: str, angle: bool) -> float:
 
 def moved(surface: Surface, pose: Pose) -> Surface:
     """A surface in the frame in which it has this pose."""
+    if not (pose.rotation_vector.any() or pose.translation.any()):
+        return surface
     return replace(surface, vertices=pose.apply(surface.vertices))
 
 

@@ -218,5 +218,14 @@ def simplified(vertices: Floats, triangles: Ints, off: float) -> tuple[Ints, Int
     _, first, which = np.unique(places, axis=0, return_index=True, return_inverse=True)
     kept, number = np.unique(first[which[len(vertices) :]], return_inverse=True)
     few = number[mesh.tri_verts.astype(np.int64)]
-    flat = (few == np.roll(few, 1, axis=1)).any(axis=1)  # where bodies touch, each had a corner of its own
-    return kept, few[~flat]
+    few = few[(few != np.roll(few, 1, axis=1)).all(axis=1)]  # where bodies touch, each had its own corner
+    flat = twice_areas(vertices[kept], few) == 0.0
+    if flat.any():
+        few = cut_at_junctions(vertices[kept], few[~flat], ON_SIDE_SHARE * _across(vertices))
+    return kept, few
+
+
+def twice_areas(vertices: Floats, triangles: Ints) -> Floats:
+    """Twice the area (T,) of each triangle (T, 3)."""
+    first, second, third = vertices[triangles].transpose(1, 0, 2)
+    return np.asarray(np.linalg.norm(np.cross(second - first, third - first), axis=1))

@@ -63,8 +63,9 @@ def face_normals(vertices: Floats, faces: Sequence[Ints]) -> Floats:
 def oriented(surface: Surface) -> tuple[list[Ints], Flags]:
     """Faces with consistent winding, outwards where closed, and which faces can be seen from both sides.
 
-    Faces that share an edge by twos form a component. It is closed when each edge of it has two faces and
-    these can be wound alike; then its signed volume tells outside from inside.
+    Faces that share an edge by twos form a component. It is closed when these can be wound alike, and as many
+    of it then run one way as the other along each edge that several share, as where it touches itself; then
+    its signed volume tells outside from inside.
     """
     faces = surface.faces
     edges = edges_of(faces)
@@ -72,7 +73,12 @@ def oriented(surface: Surface) -> tuple[list[Ints], Flags]:
     paired[paired] = np.ptp(edges.pairs(paired)[0], axis=1) > 0
     pairs, same_run = edges.pairs(paired)
     component, flipped, open_ended = _wound(len(faces), pairs, same_run)
-    open_ended[component[edges.face[np.repeat(~paired, edges.sharers)]]] = True
+    sides = np.flatnonzero(np.repeat(~paired, edges.sharers))
+    owner = component[edges.face[sides]]
+    edge = np.repeat(np.arange(len(paired)), edges.sharers)[sides]
+    way = np.where(edges.up[sides] != flipped[edges.face[sides]], 1, -1)
+    places, place = np.unique(pair_keys(owner, edge), return_inverse=True)
+    open_ended[places[np.bincount(place, way, len(places)) != 0] >> 32] = True
     two_sided = open_ended[component]
     wound = [_turned(face, turn) for face, turn in zip(faces, flipped.tolist(), strict=True)]
     inside_out = (_signed_volumes(surface.vertices, wound, component) < 0)[component] & ~two_sided

@@ -83,6 +83,22 @@ def test_a_box_without_lid_is_seen_from_both_sides(tmp_path: Path) -> None:
     assert (model.line_faces == -1).any(axis=1).sum() == 4
 
 
+def test_bodies_that_touch_along_an_edge_are_closed(tmp_path: Path) -> None:
+    rows = BOX.splitlines()
+    points, faces = rows[3:11], rows[rows.index("6") + 1 :][:6]
+    beside = [f"{float(x) + 2:g} {float(y) + 2:g} {z}" for x, y, z in (row.split()[:3] for row in points)]
+    number = {0: 3, 4: 7}  # its lower left edge is the upper right one of the first
+    again = [
+        " ".join(["4", *(str(number.get(int(n), 8 + int(n))) for n in face.split()[1:5])]) for face in faces
+    ]
+    text = "\n".join(["V1", "16", *points, *beside, "0", "0", "12", *faces, *again])
+    model = load_model(written(tmp_path, text))
+    assert not model.two_sided.any()
+    for face, normal in zip(model.faces, model.face_normals, strict=True):
+        middle = model.vertices[face].mean(axis=0)
+        assert normal @ (middle - (0.0 if middle[:2].max() < 1.5 else np.array([2.0, 2.0, 0.0]))) > 0.99
+
+
 def test_the_cut_through_a_flat_surface_is_no_line(tmp_path: Path) -> None:
     text = BOX.replace("\n6\n", "\n7\n").replace("4 4 5 7 6\n", "3 4 5 7\n3 4 7 6\n")
     model = load_model(written(tmp_path, text))
