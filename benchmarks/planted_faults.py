@@ -244,7 +244,9 @@ class Planted(Device):
 
     def score(self, pose: PoseMessage, moves: int | None = None) -> PoseErrorMessage | None:
         """Error against the true pose of now."""
-        return pose_error(pose, pose_message(self.true))
+        target = self._describe.target
+        assert target is not None
+        return pose_error(pose, pose_message(self.true), load_model(target.model, target.unit))
 
 
 def with_stretched_model(describe: Describe, axis: int, folder: Path) -> Describe:

@@ -20,6 +20,9 @@ from numerics.kernels import kernel
 # By hand. Of the cloud that a turned body is held against: spacing, share of the diameter, and most points;
 # so many of these are turned. Each is compared with all of the cloud: time is as their product.
 CLOUD_SPACING, CLOUD_POINTS, TURNED_POINTS = 0.004, 20000, 400
+# By hand. Of round surfaces, how far beside where they were a turn may leave them: share of the diameter, for
+# facets, and mean distances of the points of the cloud, so that next to none has none within reach.
+BESIDE_SHARE, BESIDE_SPACINGS = 0.02, 3.0
 SAME_RADIUS = 1e-3  # of the diameter: corners as far from the middle may be each other's images
 ODD_ANGLES_RAD = (0.37, 1.13, 2.2)  # by which only a body of revolution may be turned about its axis
 ONE_TURN_ENTRY = 0.05  # largest difference of the matrices of turns that are one
@@ -49,7 +52,10 @@ ASYMMETRIC = Symmetry((Pose(np.zeros(3), np.zeros(3)),), None, np.zeros(3))
 
 @lru_cache(maxsize=8)
 def symmetry_of(model: Model) -> Symmetry:
-    """The exact symmetries of a model's sharp lines; of its surface where it has none."""
+    """The exact symmetries of a model's sharp lines and its surface; of that alone where it has no such line.
+
+    A cone has one rim, which a half turn leaves as it is.
+    """
     body = _Body.of_model(model)
     for axis in body.axes:
         if all(body.comes_back(matrix_of(angle * axis)) for angle in ODD_ANGLES_RAD):
@@ -64,6 +70,20 @@ def symmetry_of(model: Model) -> Symmetry:
     return Symmetry(body.poses(_with_products(body, kept)), None, body.centre)
 
 
+def turned_towards(true: Pose, pose: Pose, model: Model) -> Pose:
+    """Of a model that is round about an axis, of all poses that look as `true` does that nearest to `pose`.
+
+    It is the turn of greatest trace of the rotation that is left. Of other models it is `true`.
+    """
+    symmetry = symmetry_of(model) if model.smooth.any() else ASYMMETRIC
+    if symmetry.free_axis is None:
+        return true
+    axis, left = symmetry.free_axis, true.matrix.T @ pose.matrix
+    twist = np.array([left[2, 1] - left[1, 2], left[0, 2] - left[2, 0], left[1, 0] - left[0, 1]])
+    angle = np.arctan2(axis @ twist, np.trace(left) - axis @ left @ axis)
+    return true.compose(Pose.turn_about(symmetry.centre, matrix_of(angle * axis)))
+
+
 @dataclass(frozen=True, eq=False)
 class _Body:
     """Points of a model about its middle, as the turns are tried on them.
@@ -73,6 +93,8 @@ class _Body:
     centre : (3,), what every symmetry leaves in its place.
     cloud : (N, 3), dense, about the centre; ``held`` (M, 3) of them are turned.
     corners : (C, 3), ends of sharp lines, about the centre.
+    surface : (S, 3), points of a surface that is round somewhere, about the centre; none of another, which
+        its lines tell. ``beside``, metres, is how far from it a symmetry may bring them.
     axes : (3, 3), principal axes, in rows.
     diameter : metres.
     """
@@ -81,6 +103,8 @@ class _Body:
     cloud: Floats
     held: Floats
     corners: Floats
+    surface: Floats
+    beside: float
     axes: Floats
     diameter: float
 
@@ -109,7 +133,8 @@ class _Body:
             points = points[rng.choice(len(points), CLOUD_POINTS, replace=False)]
         corners = model.vertices[np.unique(sharp)] - centre
         axes = np.linalg.eigh(moments)[1].T
-        return cls(centre, points, held, corners, axes, model.diameter)
+        surface, beside = _of_surface(model, rng) if len(sharp) and model.smooth.any() else (points[:0], 0.0)
+        return cls(centre, points, held, corners, surface - centre, beside, axes, model.diameter)
 
     def comes_back(self, turn: Floats) -> bool:
         """Whether a turn (3, 3) about the centre leaves the body as it is."""
@@ -117,7 +142,11 @@ class _Body:
         astray, vector = int((1.0 - UNCHANGED_SHARE) * len(turned)), vector_of(turn)
         axis = vector / max(float(np.linalg.norm(vector)), np.finfo(float).tiny)
         reach = exact_tolerance(axis, self.held, self.diameter)
-        return count_astray(turned, self.cloud, reach, astray) <= astray
+        if count_astray(turned, self.cloud, reach, astray) > astray:
+            return False
+        turned = np.ascontiguousarray(self.surface[:TURNED_POINTS] @ turn.T)
+        astray = int((1.0 - UNCHANGED_SHARE) * len(turned))
+        return count_astray(turned, self.surface, self.beside, astray) <= astray
 
     def candidates(self) -> list[Floats]:
         """Turns (3, 3) that may leave the body as it is: n-fold ones, and those of two corners to others."""
@@ -147,6 +176,18 @@ class _Body:
         """The identity and these turns about the centre, each once."""
         others = [turn for turn in turns if np.abs(turn - np.eye(3)).max() >= ONE_TURN_ENTRY]
         return (*ASYMMETRIC.turns, *(Pose.turn_about(self.centre, turn) for turn in others))
+
+
+def _of_surface(model: Model, rng: np.random.Generator) -> tuple[Floats, float]:
+    """Points (CLOUD_POINTS, 3) of a surface, at random, and how far others of it may be from the nearest."""
+    first, second, third = model.vertices[model.triangles].transpose(1, 0, 2)
+    areas = 0.5 * np.linalg.norm(np.cross(second - first, third - first), axis=1)
+    one = rng.choice(len(areas), CLOUD_POINTS, p=areas / areas.sum())
+    along, across = np.sqrt(rng.random(CLOUD_POINTS)), rng.random(CLOUD_POINTS)
+    weights = np.stack([1.0 - along, along * (1.0 - across), along * across])
+    points = np.einsum("kn,knc->nc", weights, np.stack([first[one], second[one], third[one]]))
+    spacing = float(np.sqrt(areas.sum() / CLOUD_POINTS))
+    return points, max(BESIDE_SHARE * model.diameter, BESIDE_SPACINGS * spacing)
 
 
 @kernel()

@@ -1,9 +1,12 @@
 """The replay device: recorded light stacks answer as if camera and lights were there."""
 
+from __future__ import annotations
+
 import dataclasses
 from collections import Counter
 from collections.abc import Sequence
-from typing import Any
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +20,9 @@ from stack.exposure import in_words, level_fraction, light_powers, same_value
 from stack.format import FrameTable
 from stack.read import BasisStack, FramesStack, describe_stack
 from stack.sensor import check_blur, exposed, mixed
+
+if TYPE_CHECKING:
+    from geometry.model import Model
 
 NEAREST_NAMED = 3  # recorded settings that an error lists
 
@@ -100,7 +106,14 @@ class Replay(Device):
     def score(self, pose: PoseMessage, moves: int | None = None) -> PoseErrorMessage | None:
         """Error against the stack's true_pose; None where the stack has none."""
         true_pose = self._stack.table.target.true_pose
-        return None if true_pose is None else pose_error(pose, true_pose)
+        return None if true_pose is None else pose_error(pose, true_pose, self._model)
+
+    @cached_property
+    def _model(self) -> Model:
+        from geometry.model import load_model
+
+        target = self._stack.table.target
+        return load_model(self._stack.folder / target.model, target.unit)
 
     def move(self, range_m: float) -> list[Change]:
         """A recorded scene stays where it was."""
@@ -144,11 +157,13 @@ class Replay(Device):
         return distance
 
 
-def pose_error(pose: PoseMessage, true_pose: PoseMessage) -> PoseErrorMessage:
-    """Error of a pose against the true one."""
+def pose_error(pose: PoseMessage, true_pose: PoseMessage, model: Model) -> PoseErrorMessage:
+    """Error of a pose against the true one; how a round model is turned about its axis does not count."""
     from geometry.pose import Pose
+    from geometry.symmetries import turned_towards
 
-    error = Pose.of(pose).error_to(Pose.of(true_pose))
+    told = Pose.of(pose)
+    error = told.error_to(turned_towards(Pose.of(true_pose), told, model))
     return PoseErrorMessage(
         rotation_deg=error.rotation_deg,
         translation_m=error.translation_m,

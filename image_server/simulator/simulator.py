@@ -290,7 +290,7 @@ class Simulator(Device):
         true_poses = [*self._left, self.true_pose]
         if moves is not None and moves >= len(true_poses):
             raise BadInput(f"The target was moved {len(self._left)} times, not {moves}.")
-        return pose_error(pose, pose_message(true_poses[-1 if moves is None else moves]))
+        return pose_error(pose, pose_message(true_poses[-1 if moves is None else moves]), self.model)
 
     def _drawn_sun(self) -> Floats:
         """The sun where the scenario puts it; drawn again while the Earth hides it."""

@@ -8,8 +8,9 @@ import trimesh
 
 from benchmarks.machined_parts import ROUND, circle, drilled, surface_of
 from geometry.model import Model, find_target, load_model
+from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from geometry.symmetries import symmetry_of
+from geometry.symmetries import symmetry_of, turned_towards
 from tests.geometry.boxes import box
 
 
@@ -42,6 +43,37 @@ def test_a_cylinder_may_be_turned_about_its_axis_and_upside_down(tmp_path: Path,
     assert found.free_axis is not None
     assert abs(found.free_axis @ turned[:3, 2]) > 0.9999
     assert len(found.turns) == 2
+
+
+@pytest.mark.parametrize("shape", ["cone", "dome"])
+def test_what_has_one_rim_is_not_turned_upside_down(tmp_path: Path, shape: str) -> None:
+    """A half turn leaves the rim as it is."""
+    mesh = trimesh.creation.cone(0.1, 0.2, sections=64)
+    if shape == "dome":
+        mesh = trimesh.creation.uv_sphere(0.1, count=[33, 64])
+        mesh.update_faces(mesh.triangles_center[:, 2] > 0.0)
+    mesh.export(tmp_path / "part.stl")
+    symmetry = symmetry_of(load_model(tmp_path / "part.stl"))
+    assert all(turn.matrix[2, 2] > 0.9 for turn in symmetry.turns)
+    assert symmetry.free_axis is not None and np.allclose(np.abs(symmetry.free_axis), [0, 0, 1])
+
+
+def test_of_round_parts_the_pose_is_meant_that_is_turned_as_another_one(tmp_path: Path) -> None:
+    cone = trimesh.creation.cone(0.1, 0.2, sections=64)
+    cone.apply_translation([0.3, 0.0, 0.1])
+    cone.export(tmp_path / "part.stl")
+    model = load_model(tmp_path / "part.stl")
+    symmetry = symmetry_of(model)
+    assert symmetry.free_axis is not None
+    true = Pose(np.array([0.3, -0.2, 0.1]), np.array([0.1, 0.0, 2.0]))
+    for angle in (0.0, 0.7, -3.0):
+        turn = Pose.turn_about(symmetry.centre, matrix_of(angle * symmetry.free_axis))
+        error = true.compose(turn).error_to(turned_towards(true, true.compose(turn), model))
+        assert error.rotation_deg < 1e-5 and error.translation_m < 1e-9
+    off = true.compose(turn).stepped([0.02, 0.0, 0.0, 0.0, 0.0, 0.01])
+    error = off.error_to(turned_towards(true, off, model))
+    assert error.rotation_deg <= np.degrees(0.02) and error.translation_m < 0.06
+    assert turned_towards(true, off, box(tmp_path, 0.1, 0.2, 0.3)) is true
 
 
 @pytest.mark.parametrize("segments", [96, 258, 512])

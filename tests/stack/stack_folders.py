@@ -88,6 +88,6 @@ def frames_stack(folder: Path, text: str = FRAMES) -> Path:
 
 
 def _with_text(folder: Path, text: str) -> Path:
-    (folder / "box.cao").write_text("V1\n")
+    (folder / "box.cao").write_text("V1\n2\n0 0 0\n1 0 0\n1\n0 1\n")
     (folder / "stack.toml").write_text(text)
     return folder
