@@ -33,12 +33,11 @@ from geometry.model import Model
 from geometry.pose import RIGHT, Pose, PoseError, disturbed, search_translation_px
 from geometry.rotation import matrix_of
 from geometry.surface import Surface
-from geometry.symmetries import Symmetry, symmetry_of
+from geometry.symmetries import Symmetry, symmetry_of, turned_towards
 from numerics.arrays import Flags, Floats, Grey, Ints
 from numerics.kernels import kernel
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import PipelineSettings, estimate_pose
-from vision_server.trust.alternatives import turned_towards
 from vision_server.trust.judgement import Estimate
 
 PLATE_M = (0.20, 0.15, 0.03)

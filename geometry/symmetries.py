@@ -13,7 +13,7 @@ from geometry.model import Model
 from geometry.near_symmetries import FOLDS, UNCHANGED_SHARE, exact_tolerance
 from geometry.points_along import points_along
 from geometry.pose import Pose
-from geometry.rotation import matrix_of, vector_of
+from geometry.rotation import cross_matrix, matrix_of, vector_of
 from numerics.arrays import Floats, Ints
 from numerics.kernels import kernel
 
@@ -70,18 +70,22 @@ def symmetry_of(model: Model) -> Symmetry:
     return Symmetry(body.poses(_with_products(body, kept)), None, body.centre)
 
 
-def turned_towards(true: Pose, pose: Pose, model: Model) -> Pose:
-    """Of a model that is round about an axis, of all poses that look as `true` does that nearest to `pose`.
-
-    It is the turn of greatest trace of the rotation that is left. Of other models it is `true`.
-    """
+def if_round(model: Model) -> Symmetry:
+    """The symmetries of a model that is round about an axis; none of any other."""
     symmetry = symmetry_of(model) if model.smooth.any() else ASYMMETRIC
-    if symmetry.free_axis is None:
-        return true
-    axis, left = symmetry.free_axis, true.matrix.T @ pose.matrix
-    twist = np.array([left[2, 1] - left[1, 2], left[0, 2] - left[2, 0], left[1, 0] - left[0, 1]])
-    angle = np.arctan2(axis @ twist, np.trace(left) - axis @ left @ axis)
-    return true.compose(Pose.turn_about(symmetry.centre, matrix_of(angle * axis)))
+    return ASYMMETRIC if symmetry.free_axis is None else symmetry
+
+
+def turned_towards(pose: Pose, other: Pose, symmetry: Symmetry) -> Pose:
+    """The pose, turned about the free axis, if there is one, so that it is turned least against the other."""
+    axis = symmetry.free_axis
+    if axis is None:
+        return pose
+    between = pose.matrix.T @ other.matrix  # the turn Q about the axis that maximises trace(Q' between)
+    cosine = float(np.trace(between) - axis @ between @ axis)
+    sine = -float(np.trace(cross_matrix(axis) @ between))
+    turn = matrix_of(np.arctan2(sine, cosine) * axis)
+    return pose.compose(Pose.turn_about(symmetry.centre, turn))
 
 
 @dataclass(frozen=True, eq=False)

@@ -160,10 +160,10 @@ class Replay(Device):
 def pose_error(pose: PoseMessage, true_pose: PoseMessage, model: Model) -> PoseErrorMessage:
     """Error of a pose against the true one; how a round model is turned about its axis does not count."""
     from geometry.pose import Pose
-    from geometry.symmetries import turned_towards
+    from geometry.symmetries import if_round, turned_towards
 
     told = Pose.of(pose)
-    error = told.error_to(turned_towards(Pose.of(true_pose), told, model))
+    error = told.error_to(turned_towards(Pose.of(true_pose), told, if_round(model)))
     return PoseErrorMessage(
         rotation_deg=error.rotation_deg,
         translation_m=error.translation_m,

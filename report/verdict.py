@@ -47,13 +47,14 @@ def verdict_of(result: Result) -> Verdict:
     if result.status == "converged":
         if right is False:
             return Verdict("bad", "wrong", "A wrong pose was taken for right", checked)
-        return Verdict("good", "converged", "Pose found", checked or f"Certain enough after {images}.")
+        detail = f"{checked or f'Certain enough after {images}.'} {_free(result)}".strip()
+        return Verdict("good", "converged", "Pose found", detail)
     if result.status == "exhausted":
         used = f"All {images} were used" if len(result.steps) != 1 else "Its one image was used"
         detail = (
             f"{used} and the merit stayed above the threshold. This is the best estimate{_score(result)}."
         )
-        return Verdict("warn", "exhausted", "No certain pose", f"{detail} {checked}".strip())
+        return Verdict("warn", "exhausted", "No certain pose", f"{detail} {checked} {_free(result)}".strip())
     if result.status == "stopped":
         detail = f"Stopped after {images}, before the session had ended. This is the best estimate so far."
         return Verdict("warn", "stopped", "Stopped early", f"{detail} {checked}".strip())
@@ -79,6 +80,12 @@ def _checked(result: Result) -> str:
     error = result.error
     off = f"{length(error.translation_m)} ({percent(error.translation_fraction_of_range)} of the range)"
     return f"Checked against the true pose, it is off by {off} and {angle(error.rotation_deg)}."
+
+
+def _free(result: Result) -> str:
+    """Of round targets."""
+    axes = " and ".join("({:.2f}, {:.2f}, {:.2f})".format(*axis) for axis in result.free or ())
+    return f"No image clearly tells how it is turned about its axis {axes}." if axes else ""
 
 
 def _score(result: Result) -> str:

@@ -166,11 +166,10 @@ parameters(finished, Parameters) :-
     !.
 parameters(_, none).
 
-%   Of a target that was looked for everywhere: all poses that fit as the stated one does, and what no image can tell
-%   of it, where there are such: from the estimate that stated it, of images that are still in the set.
+%   Of a target that was looked for everywhere all poses that fit as the stated one does, and what no image can tell of any
+%   pose, where there are such: from the estimate that stated it, of images that are still in the set.
 with_other_poses(Parameters, Situation, Result0, Result) :-
     is_dict(Parameters),
-    Parameters.get(seed_pose) == "anywhere",
     situation_history(Situation, Newest),
     fluent_value(best, Situation, Best),
     fluent_value(image_set, Situation, Set),

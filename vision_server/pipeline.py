@@ -14,7 +14,7 @@ import numpy as np
 from geometry.camera import Camera
 from geometry.model import Model, about_middle
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
-from geometry.symmetries import ASYMMETRIC, symmetry_of
+from geometry.symmetries import if_round, symmetry_of
 from numerics.arrays import Floats
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
@@ -268,8 +268,8 @@ def _refined(
         channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m
     )
     problem = fewer_lines(every_line)
-    symmetric = isinstance(seed_pose, Anywhere) or model.smooth.any()  # nothing else may look quite the same
-    symmetry = symmetry_of(model) if symmetric else ASYMMETRIC
+    # A seed pose is to tell which of the turns that change nothing is meant: those in its range are rivals.
+    symmetry = symmetry_of(model) if isinstance(seed_pose, Anywhere) else if_round(model)
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
     estimate, last = Estimate(), None
     if isinstance(seed_pose, Anywhere):

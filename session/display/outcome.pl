@@ -11,6 +11,7 @@ Messages session_outcome(Result): the dict that result.json is made from.
 :- use_module('../../domain/reasoning/merit', [held_back/3]).
 :- use_module('../../domain/reasoning/surprises', [cause_words/2]).
 :- use_module(library(aggregate), [aggregate_all/3]).
+:- use_module(library(dcg/high_order), [sequence//2]).
 :- use_module(library(lists), [last/2, member/2, memberchk/2, reverse/2]).
 
 %!  advised(+Images, +Readings, +Result, -Advised) is det.
@@ -97,9 +98,21 @@ pose_words(Result) -->
     [ nl, '  translation ~4f ~4f ~4f m'-[X, Y, Z], nl,
       '  rotation    ~4f ~4f ~4f rad'-[A, B, C], nl,
       '  rms ~2f px, merit ~w px (threshold ~g)'-[Result.rms_px, Merit, Result.threshold_px] ],
-    other_poses(Result).
+    other_poses(Result),
+    free_turns(Result).
 pose_words(_) -->
     [ nl, '  no pose' ].
+
+%   Of round targets.
+free_turns(Result) -->
+    { Axes = Result.get(free) },
+    !,
+    sequence(free_turn, Axes).
+free_turns(_) -->
+    [].
+
+free_turn([X, Y, Z]) -->
+    [ nl, '  no image clearly tells how it is turned about its axis ~2f ~2f ~2f'-[X, Y, Z] ].
 
 %   What else the images fit, where nothing was known beforehand; all of it is in result.json.
 other_poses(Result) -->

@@ -10,7 +10,7 @@ from benchmarks.machined_parts import ROUND, circle, drilled, surface_of
 from geometry.model import Model, find_target, load_model
 from geometry.pose import Pose
 from geometry.rotation import matrix_of
-from geometry.symmetries import symmetry_of, turned_towards
+from geometry.symmetries import if_round, symmetry_of, turned_towards
 from tests.geometry.boxes import box
 
 
@@ -63,17 +63,17 @@ def test_of_round_parts_the_pose_is_meant_that_is_turned_as_another_one(tmp_path
     cone.apply_translation([0.3, 0.0, 0.1])
     cone.export(tmp_path / "part.stl")
     model = load_model(tmp_path / "part.stl")
-    symmetry = symmetry_of(model)
+    symmetry = if_round(model)
     assert symmetry.free_axis is not None
     true = Pose(np.array([0.3, -0.2, 0.1]), np.array([0.1, 0.0, 2.0]))
     for angle in (0.0, 0.7, -3.0):
         turn = Pose.turn_about(symmetry.centre, matrix_of(angle * symmetry.free_axis))
-        error = true.compose(turn).error_to(turned_towards(true, true.compose(turn), model))
+        error = true.compose(turn).error_to(turned_towards(true, true.compose(turn), symmetry))
         assert error.rotation_deg < 1e-5 and error.translation_m < 1e-9
     off = true.compose(turn).stepped([0.02, 0.0, 0.0, 0.0, 0.0, 0.01])
-    error = off.error_to(turned_towards(true, off, model))
+    error = off.error_to(turned_towards(true, off, symmetry))
     assert error.rotation_deg <= np.degrees(0.02) and error.translation_m < 0.06
-    assert turned_towards(true, off, box(tmp_path, 0.1, 0.2, 0.3)) is true
+    assert turned_towards(true, off, if_round(box(tmp_path, 0.1, 0.2, 0.3))) is true
 
 
 @pytest.mark.parametrize("segments", [96, 258, 512])

@@ -37,6 +37,12 @@ def test_the_headline_says_what_came_of_it(make_run: RunMaker, fields: dict[str,
     assert headline in page.text
 
 
+@pytest.mark.parametrize("status", ["converged", "exhausted"])
+def test_how_a_round_target_is_turned_is_said_to_be_open(make_run: RunMaker, status: str) -> None:
+    page = page_of(make_run(status=status, free=[[0.0, 0.6, 0.8]]))
+    assert "No image clearly tells how it is turned about its axis (0.00, 0.60, 0.80)." in page.text
+
+
 @pytest.mark.parametrize("status", ["converged", "exhausted", "stopped"])
 def test_zero_steps(make_run: RunMaker, status: str) -> None:
     page = page_of(make_run(steps=0, status=status))

@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import jsonschema
+import numpy as np
 import pytest
+import trimesh
 
 from bridge.commands.schema import laid_out
 from bridge.mocks import MockImageServer, MockVisionServer, mock_image_server, mock_vision_server
@@ -65,6 +67,15 @@ def test_a_session_on_the_simulator(tmp_path: Path) -> None:
     assert (result["scenario"], result["stack"]) == ("nominal", None)
     assert [light["levels"] for light in result["lights"]] == [8, 8, 8]
     assert result["steps"][-1]["error"] == result["error"]
+
+
+def test_a_round_target_with_a_seed_pose(tmp_path: Path) -> None:
+    trimesh.creation.cylinder(0.1, 0.15, sections=64).export(tmp_path / "can.stl")
+    served("--target", tmp_path / "can.stl", "--seed", "3", "--out", tmp_path / "run", "--no-report")
+    result = checked(tmp_path / "run")
+    assert result["status"] == "converged"
+    assert np.abs(result["free"]).round(6).tolist() == [[0, 0, 1]]
+    assert result["error"]["rotation_deg"] < 1.0
 
 
 def test_an_approach(tmp_path: Path) -> None:

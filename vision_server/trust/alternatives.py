@@ -8,9 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from geometry.pose import Pose, near
-from geometry.rotation import cross_matrix
-from geometry.symmetries import Symmetry
-from geometry.turns import turned_about
+from geometry.symmetries import Symmetry, turned_towards
 from numerics.arrays import Flags, Floats
 from vision_server.trust.equal_parts import as_rival
 from vision_server.trust.probability import RIVAL_NATS
@@ -44,17 +42,6 @@ def image_of(one: Pose, other: Pose, symmetry: Symmetry) -> bool:
     """Whether a pose is another one turned by a symmetry, and so no rival of it."""
     real = symmetry.turns if symmetry.free_axis is not None else symmetry.turns[1:]
     return equivalent(one, other, replace(symmetry, turns=real))
-
-
-def turned_towards(pose: Pose, other: Pose, symmetry: Symmetry) -> Pose:
-    """The pose, turned about the free axis so that it is nearest to the other."""
-    axis, centre = symmetry.free_axis, symmetry.centre
-    assert axis is not None
-    between = pose.matrix.T @ other.matrix  # the turn Q about the axis that maximises trace(Q' between)
-    along = float(axis @ between @ axis)
-    cosine = float(np.trace(between)) - along
-    sine = -float(np.trace(cross_matrix(axis) @ between))
-    return turned_about(pose, axis, centre, float(np.arctan2(sine, cosine)))
 
 
 def distinct_of(poses: Sequence[Pose], symmetry: Symmetry) -> list[int]:

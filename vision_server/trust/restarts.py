@@ -10,11 +10,11 @@ from __future__ import annotations
 import numpy as np
 
 from geometry.pose import RIGHT, Pose
-from geometry.symmetries import Symmetry
+from geometry.symmetries import Symmetry, turned_towards
 from numerics.two_cores import each
 from vision_server.pose.covariance import about_camera
 from vision_server.pose.steps import moved, step_jacobian, turning_point
-from vision_server.trust.alternatives import turned_towards, without_free_turn
+from vision_server.trust.alternatives import without_free_turn
 from vision_server.trust.settling import Settled, last_round, limits_of, of_true_axes
 
 RESTARTED_MOTIONS = 2  # of six, those that the lines hold least, to either side

@@ -48,6 +48,12 @@ test(of_how_many_images_the_pose_is_is_said_where_a_new_set_was_begun,
                     pose:pose{translation:[0, 0, 1], rotation_vector:[0, 0, 0]}, merit_px:0.1, rms_px:0.1, threshold_px:1.2},
     phrase(prolog:message(session_outcome(Result)), Parts),
     with_output_to(string(Text), print_message_lines(current_output, '', Parts)).
+test(how_a_round_target_is_turned_is_said_to_be_open, true(sub_string(Text, _, _, _, Expected))) :-
+    Expected = "\n  no image clearly tells how it is turned about its axis 0.00 0.00 1.00",
+    Result = result{status:converged, iterations:1, kept:[i1], seconds:seconds{total:1.0}, steps:[step{set_size:1}], free:[[0.0, 0.0, 1.0]],
+                    pose:pose{translation:[0, 0, 1], rotation_vector:[0, 0, 0]}, merit_px:0.1, rms_px:0.1, threshold_px:1.2},
+    phrase(prolog:message(session_outcome(Result)), Parts),
+    with_output_to(string(Text), print_message_lines(current_output, '', Parts)).
 test(another_view_may_help_where_another_pose_holds_this_one_back,
      [forall(member(Images-Chance-Help, [3-0.1-'another view', 3-0.0-'a strategy', 1-0.1-'a strategy', 10-0.1-'more than'])),
       true(sub_atom(First, 0, _, _, Help))]) :-
