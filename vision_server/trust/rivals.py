@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from geometry.near_symmetries import near_symmetries
 from geometry.pose import Pose
-from geometry.symmetries import Symmetry
+from geometry.symmetries import Symmetry, turned_towards
 from geometry.turns import free_turns
 from vision_server.trust.alternatives import image_of
 from vision_server.trust.equal_parts import apart, as_rival
@@ -108,6 +108,16 @@ def rivals_of(
         if all(known.nats < rival.nats for known in exact):
             out = [*(known for known in out if known not in exact), rival]
     return out
+
+
+def alike(pose: Pose, symmetry: Symmetry, beyond: Callable[[Pose], float]) -> list[RivalPose]:
+    """What a target's symmetries make of a pose: no image tells them apart, the search range may.
+
+    Their evidence would differ by noise.
+    """
+    against = nats_against(beyond(pose))
+    images = (turned_towards(pose.compose(turn), pose, symmetry) for turn in symmetry.turns[1:])
+    return [RivalPose(image, against - nats_against(beyond(image)), True) for image in images]
 
 
 def rivals_at_first_sight(likely: Sequence[Likely], symmetry: Symmetry) -> list[RivalPose]:

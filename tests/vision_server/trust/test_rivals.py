@@ -1,22 +1,36 @@
 """What the seed pose says of a pose, and of two that explain the images alike."""
 
 from dataclasses import replace
+from pathlib import Path
 
+import manifold3d
 import numpy as np
 import pytest
+import trimesh
 
+from bridge.messages import Settings
 from geometry.model import Model
 from geometry.pose import RIGHT, Pose
 from geometry.rotation import matrix_of
-from geometry.symmetries import ASYMMETRIC
+from geometry.symmetries import ASYMMETRIC, Symmetry
+from image_server.simulator.simulator import Simulator
 from tests.vision_server.refined_poses import channels_of
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
+from vision_server.image_set import ImageSet
 from vision_server.matching.draws import MARGIN_DEG, MARGIN_PX, MARGIN_SHARE, beyond_of
 from vision_server.matching.match import SearchRange
+from vision_server.pipeline import PipelineSettings, estimate_pose
 from vision_server.pose.observation import PoseProblem
 from vision_server.trust import rivals
 from vision_server.trust.ranking import Refined, best_first, nowhere
-from vision_server.trust.rivals import BEYOND_NATS, TURNED_NATS, likeliest_first, nats_against, rivals_of
+from vision_server.trust.rivals import (
+    BEYOND_NATS,
+    TURNED_NATS,
+    alike,
+    likeliest_first,
+    nats_against,
+    rivals_of,
+)
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 
@@ -123,3 +137,38 @@ def test_a_turn_counts_by_what_it_explains_where_it_is_turned_exactly(
         told = rivals_of([best, other], ASYMMETRIC, lambda _, inside=inside: inside, lambda _: 0.0)
         of_turn = [one.nats for one in told if other.ends_at(one.pose, RIGHT)]
         assert of_turn == pytest.approx([nats], abs=1.0)
+
+
+def test_what_a_symmetry_makes_of_a_pose_is_as_likely_within_the_range_and_not_beyond() -> None:
+    beyond = beyond_of(POSE, CAMERA, SearchRange(25.0, 40.0))
+    pose, about_x = turned_by(POSE, 20.0), [np.radians([angle, 0.0, 0.0]) for angle in (0.0, -40.0, 40.0)]
+    turns = tuple(Pose(vector, np.zeros(3)) for vector in about_x)
+    found = alike(pose, Symmetry(turns, None, np.zeros(3)), beyond)
+    assert [one.nats for one in found] == pytest.approx([0.0, -BEYOND_NATS])
+    assert found[0].pose.error_to(turned_by(POSE, -20.0)).rotation_deg < 1e-6
+    upside_down = Pose(np.array([0.0, np.pi, 0.0]), np.zeros(3))
+    rod = Symmetry((turns[0], upside_down), np.array([1.0, 0.0, 0.0]), np.zeros(3))
+    assert [one.nats for one in alike(pose, rod, beyond)] == pytest.approx([-BEYOND_NATS])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [3, 4])
+def test_a_dial_of_ten_equal_marks_is_not_trusted_with_a_seed_pose(tmp_path: Path, seed: int) -> None:
+    """It may be turned by 36 degrees within the search range, and noise would tell which of them it is."""
+    disc = manifold3d.Manifold.cylinder(0.03, 0.1, 0.1, 96)
+    mark = manifold3d.Manifold.cylinder(0.02, 0.012, 0.012, 32)
+    places = [(0.08 * np.cos(angle), 0.08 * np.sin(angle), 0.03) for angle in np.arange(10) * np.pi / 5]
+    marks = manifold3d.Manifold.batch_boolean([mark.translate(one) for one in places], manifold3d.OpType.Add)
+    solid = (disc + marks).to_mesh64()
+    mesh = trimesh.Trimesh(solid.vert_properties[:, :3], solid.tri_verts, process=False)
+    mesh.export(tmp_path / "dial.stl")
+    scene = Simulator(tmp_path / "dial.stl", "nominal", seed)
+    images = ImageSet(scene.camera.width, scene.camera.height)
+    for name, lights in (("i1", (7, 7, 7)), ("i2", (7, 0, 2))):
+        frame = scene.capture(Settings(lights=lights, shutter_s=1 / 60, aperture=5.6))
+        images.add(name, frame.pixels, 1.0, 1.0)
+    settings = PipelineSettings()
+    estimate = estimate_pose(images, ["i1", "i2"], scene.model, scene.camera, scene.seed_pose, settings)
+    assert estimate.pose is not None
+    assert estimate.ambiguity == 1.0
+    assert estimate.score < 0.6
