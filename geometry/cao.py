@@ -6,7 +6,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from geometry.cao_parts import Part, moved, united
+from geometry.cao_parts import WELD_SHARE, Part, moved, united
 from geometry.errors import GeometryError
 from geometry.polygon import triangulate
 from geometry.pose import Pose
@@ -15,7 +15,6 @@ from numerics.arrays import Floats, Ints
 
 ONE_SURFACE_DEG = 1.0  # adjacent faces that bend less are one surface cut in pieces (by hand)
 ROUND_SIDES = 36  # of a tessellated cylinder or circle, by hand: a side is 0.004 radii beside the arc
-WELD_SHARE = 1e-9  # points of round parts closer than this fraction of the model's size are one
 
 COMMENT = re.compile(r"(#|//).*")
 ATTRIBUTE = re.compile(r"\w+\s*=\s*(\"[^\"]*\"|'[^']*'|\S+)")  # name="front", useLod=1, …

@@ -15,7 +15,7 @@ from numerics.arrays import Ints
 LOAD = re.compile(r'\s*load\s*\(\s*"([^"]+)"\s*((?:,[^,]*)*)\)\s*', re.IGNORECASE)
 PLACED = re.compile(r"\s*(tu?)\s*=\s*\[([^\[\]]*)\]\s*")
 ANGLE = re.compile(r"(.*?)\s*(deg|rad|)", re.DOTALL)
-WELD_SHARE = 1e-9  # points of parts closer than this fraction of the model's size are one
+WELD_SHARE = 1e-9  # points of parts, or round ones, closer than this fraction of the model's size are one
 
 
 @dataclass(frozen=True)

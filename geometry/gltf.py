@@ -51,14 +51,24 @@ class FilesBeside:
 
 
 def files_of_gltf(path: Path) -> list[Path]:
-    """A .gltf file, and those beside it that hold its points."""
+    """A .gltf file, and those that hold its points.
+
+    Raises
+    ------
+    GeometryError : one of these is neither beside it nor below.
+    """
     try:
         buffers = json.loads(path.read_bytes().removeprefix(codecs.BOM_UTF8)).get("buffers", [])
-        names = [buffer["uri"] for buffer in buffers if "uri" in buffer]
+        names = [uri for buffer in buffers if not (uri := buffer.get("uri", "data:")).startswith("data:")]
     except (ValueError, AttributeError, TypeError):  # whoever reads it says what is wrong
         return [path]
-    beside = [path.parent / name for name in names if not name.startswith("data:")]
-    return [path, *(file if file.is_file() else file.with_name(unquote(file.name)) for file in beside)]
+    files = [
+        file if (file := path.parent / name).is_file() else path.parent / unquote(name) for name in names
+    ]
+    for file in files:
+        if not file.resolve().is_relative_to(path.parent.resolve()):
+            raise GeometryError(f"model {path} reads {file}, which is not beside it or below. Copy it there")
+    return [path, *files]
 
 
 def must_be_plain(content: bytes) -> None:

@@ -11,7 +11,7 @@ import pytest
 import trimesh
 
 from geometry.errors import GeometryError
-from geometry.model import load_model
+from geometry.model import files_of_model, load_model
 
 BYTE, SHORT, UNSIGNED, FLOAT = 5120, 5122, 5125, 5126
 SIZE = (0.1, 0.08, 0.06)
@@ -178,3 +178,16 @@ def test_a_gltf_file_that_is_cut_short_says_so(tmp_path: Path) -> None:
     file.write_bytes(file.read_bytes()[:200])
     with pytest.raises(GeometryError, match="it is no glTF file, or was cut short"):
         load_model(file)
+
+
+def test_its_files_are_those_beside_it_or_below(tmp_path: Path) -> None:
+    (tmp_path / "a b.bin").touch()
+    file = tmp_path / "part.gltf"
+    uris = ["a%20b.bin", "below/c.bin", "data:application/octet-stream;base64,AAAA"]
+    file.write_text(json.dumps({"buffers": [*({"uri": uri} for uri in uris), {}]}))
+    assert files_of_model(file) == [file, tmp_path / "a b.bin", tmp_path / "below" / "c.bin"]
+    file.write_text(json.dumps({"buffers": [{"uri": "../c.bin"}]}))
+    with pytest.raises(GeometryError, match=r"reads .*\.\./c\.bin, which is not beside it or below"):
+        files_of_model(file)
+    file.write_text("[]")
+    assert files_of_model(file) == [file]
