@@ -9,11 +9,11 @@
 */
 
 :- use_module(device/acquisition_device, [close_acquisition/0, score_pose/3]).
+:- use_module(device/told_beside, [told_beside/3]).
 :- use_module(servers/connections, [ask/4]).
 :- use_module(servers/described, [recorded_frames/2]).
 :- use_module(display/display, [show/2, show_outcome/2]).
 :- use_module(display/ending_words, [plain_error/2, why_stopped/2]).
-:- use_module(json_terms, [fix_term/2]).
 :- use_module(display/outcome, [advised/4]).
 :- use_module(display/reporting, [tell_report/0, wait_for_report/2]).
 :- use_module(folder/result).
@@ -176,12 +176,8 @@ with_other_poses(Parameters, Situation, Result0, Result) :-
     findall(Image, member(kept(Image, _), Set), Kept),
     member(e(estimate(Images), Best), Newest),      % another one may have been of an image that was discarded
     subset(Images, Kept),
-    catch(ask(vision_server, estimate, _{images:Images}, Found), error(_, _), fail),
-    fix_term(Found, Again),
-    Again == Best,
+    told_beside(Images, Best, More),
     !,
-    findall(Key-Value, ( member(Key, [poses, free]), Value = Found.get(Key), Value \== [] ), Pairs),
-    dict_pairs(More, more, Pairs),
     Result = Result0.put(More).
 with_other_poses(_, _, Result, Result).
 

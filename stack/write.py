@@ -4,7 +4,7 @@ import hashlib
 import os
 import shutil
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -109,7 +109,11 @@ def frames_stack(folder: Path, describe: Describe) -> Iterator[Callable[[Setting
 
     def write(settings: Settings, pixels: FramePixels) -> None:
         name = f"frame{len(listed) + 1:04d}.png"
-        write_png(folder / name, pixels)
+        try:
+            write_png(folder / name, pixels)
+        except BadInput:
+            (folder / name).unlink(missing_ok=True)  # half of it may be there
+            raise
         listed.append(frame_table(name, settings))
 
     try:
@@ -195,8 +199,6 @@ def _write(file: Path, content: bytes) -> None:
             stream.flush()
             os.fsync(stream.fileno())
     except OSError as error:
-        with suppress(OSError):
-            file.unlink()  # half of it may be there
         raise BadInput(
             f"Cannot write {file}: {error.strerror or error}.", "Is there space, and may you write there?"
         ) from None

@@ -14,7 +14,7 @@ import numpy as np
 from geometry.camera import Camera
 from geometry.model import Model, about_middle
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
-from geometry.symmetries import if_round, symmetry_of
+from geometry.symmetries import Symmetry, if_round, symmetry_of
 from numerics.arrays import Floats
 from vision_server.channels.gradients import SCALES_PX, GradientChannel
 from vision_server.channels.tone import KNOWN_TONE_SD_PX
@@ -117,11 +117,14 @@ def estimate_pose(
     seed_pose: Pose | Anywhere,
     settings: PipelineSettings = PipelineSettings(),
     show: Callable[[EdgeMap], None] = lambda _edges: None,
+    turn_known: bool = False,
 ) -> Estimate:
     """Estimate the pose of the target from the named images of a set; `show` is given their edge map.
 
     Where there is no seed pose, it is looked for in the whole frame (`matching.first_sight`). Where no pose
-    is sure, it is looked for again (`_looked_at_again`).
+    is sure, it is looked for again (`_looked_at_again`). Of the turns that leave the target as it is, those
+    within the range of a seed pose are rivals, where it is not `turn_known`, as from frame to frame, which of
+    them is meant.
 
     Raises
     ------
@@ -133,9 +136,9 @@ def estimate_pose(
     centred, to_middle = about_middle(model)
     if centred is not model:
         start = seed_pose if isinstance(seed_pose, Anywhere) else seed_pose.compose(to_middle)
-        found = estimate_pose(images, names, centred, camera, start, settings, show)
+        found = estimate_pose(images, names, centred, camera, start, settings, show, turn_known)
         return about_origin(found, to_middle.inverse())
-    looks = _Looks(images, names, _Asked(model, camera, seed_pose, settings))
+    looks = _Looks(images, names, _Asked(model, camera, seed_pose, settings, turn_known))
     seen = looks.segments(coarse=False)
     hypotheses = looks.matched(seen, settings.matching)
     best = looks.estimated(seen, hypotheses)
@@ -153,6 +156,7 @@ class _Asked:
     camera: Camera
     seed_pose: Pose | Anywhere
     settings: PipelineSettings
+    turn_known: bool = False
 
 
 class _Seen(NamedTuple):
@@ -258,6 +262,13 @@ def pose_of_segments(
     return _refined(_Asked(model, camera, seed_pose, settings), hypotheses, endpoints, channels)
 
 
+def _without_rivals(asked: _Asked) -> Symmetry:
+    """The turns that make no rivals of a pose, as they leave the target as it is."""
+    if isinstance(asked.seed_pose, Anywhere) or (asked.turn_known and asked.model.smooth.any()):
+        return symmetry_of(asked.model)
+    return if_round(asked.model)
+
+
 def _refined(
     asked: _Asked, hypotheses: Sequence[Pose], endpoints: Floats, channels: Sequence[GradientChannel]
 ) -> Estimate:
@@ -268,7 +279,7 @@ def _refined(
         channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m
     )
     problem = fewer_lines(every_line)
-    symmetry = symmetry_of(model) if isinstance(seed_pose, Anywhere) else if_round(model)
+    symmetry = _without_rivals(asked)
     match = partial(match_near, ideal_segments(endpoints, camera), camera, settings.seed)
     estimate, last = Estimate(), None
     if isinstance(seed_pose, Anywhere):
@@ -288,7 +299,8 @@ def _refined(
             refined = likeliest_first(refined, beyond)
             last = last_step(refined[0])
             rivals = rivals_of(refined, symmetry, searched, beyond)
-            rivals += alike(refined[0].pose, symmetry_of(model), beyond)
+            if not asked.turn_known:
+                rivals += alike(refined[0].pose, symmetry_of(model), beyond)
             estimate = judged(refined[0], last, rivals, symmetry, match)
     if estimate.pose is not None and last is not None:
         unseen = unseen_turns(last.best.problem, last.best.pose, last.best.spacing_px)

@@ -34,6 +34,7 @@ results, events as exogenous actions.  Pixels stay on the other side.
 :- use_module('../servers/servers', [captures_taken/1, own_server/1]).
 :- use_module('../strategy/strategy_checks', [check_against_device/2]).
 :- use_module(surprises).
+:- use_module(told_beside, [forget_beside/0, note_beside/3]).
 :- use_module('../../indigolog/indigolog', [fluent_value/3, situation_history/2]).
 :- use_module('../../domain/reasoning/merit', [default_threshold/1]).
 :- use_module('../../domain/reasoning/outlook').
@@ -71,6 +72,7 @@ close_acquisition :-
     retractall(own_move),
     retractall(tolerance(_)),
     forget_surprises,
+    forget_beside,
     retractall(told_others).
 
                 /*******************************
@@ -145,6 +147,7 @@ carry_out(capture(Image, Settings), Seen) :-
 carry_out(estimate(Images), Fix) :-
     ask(vision_server, estimate, _{images:Images}, Result),
     fix_term(Result, Fix),
+    note_beside(Images, Fix, Result),
     judge_model(Images, Result).
 carry_out(predict(_, _, []), []) :-
     !.

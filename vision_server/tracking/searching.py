@@ -108,4 +108,5 @@ class Searches:
         return self._found(images, nearest, self._settings)
 
     def _found(self, images: ImageSet, start: Pose | Anywhere, settings: PipelineSettings) -> Estimate:
-        return estimate_pose(images, [FRAME_NAME], self._sight.model, self._sight.camera, start, settings)
+        model, camera = self._sight.model, self._sight.camera
+        return estimate_pose(images, [FRAME_NAME], model, camera, start, settings, turn_known=True)

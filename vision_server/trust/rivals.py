@@ -111,13 +111,18 @@ def rivals_of(
 
 
 def alike(pose: Pose, symmetry: Symmetry, beyond: Callable[[Pose], float]) -> list[RivalPose]:
-    """What a target's symmetries make of a pose: no image tells them apart, the search range may.
+    """What a target's symmetries make of a pose within the range, or nearly: no image tells them apart.
 
     Their evidence would differ by noise.
     """
-    against = nats_against(beyond(pose))
-    images = (turned_towards(pose.compose(turn), pose, symmetry) for turn in symmetry.turns[1:])
-    return [RivalPose(image, against - nats_against(beyond(image)), True) for image in images]
+    images = [turned_towards(pose.compose(turn), pose, symmetry) for turn in symmetry.turns[1:]]
+    against = [nats_against(beyond(image)) for image in images]
+    itself = nats_against(beyond(pose))
+    return [
+        RivalPose(image, itself - nats, True)
+        for image, nats in zip(images, against, strict=True)
+        if nats < BEYOND_NATS
+    ]
 
 
 def rivals_at_first_sight(likely: Sequence[Likely], symmetry: Symmetry) -> list[RivalPose]:

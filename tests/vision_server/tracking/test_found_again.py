@@ -60,7 +60,8 @@ def test_what_is_followed_and_never_believed_is_soon_looked_for_as_at_first(
 ) -> None:
     starts: list[object] = []
 
-    def doubted(*given: object) -> Estimate:
+    def doubted(*given: object, turn_known: bool) -> Estimate:
+        assert turn_known
         starts.append(given[4])
         return Estimate(score=0.5)
 

@@ -92,7 +92,8 @@ def test_what_is_believed_and_hardly_seen_does_not_keep_it_from_looking_everywhe
 ) -> None:
     starts = []
 
-    def elsewhere(*given: object) -> Estimate:
+    def elsewhere(*given: object, turn_known: bool) -> Estimate:
+        assert turn_known
         starts.append(given[4])
         return Estimate(score=0.95)
 
