@@ -31,7 +31,7 @@ from vision_server.trust.all_sides import of_most_evidence
 from vision_server.trust.judgement import Estimate, about_origin, judged, of_all_lines, with_poses
 from vision_server.trust.likely import last_step, likely_of
 from vision_server.trust.ranking import best_first, fewer_lines
-from vision_server.trust.rivals import alike, likeliest_first, rivals_at_first_sight, rivals_of
+from vision_server.trust.rivals import likeliest_first, rivals_at_first_sight, rivals_of, symmetric_images
 from vision_server.trust.spun import unseen_turns
 
 MERIT_PX = 15.0  # of a score of 0: docs/result.md, by domain/reasoning/merit.pl
@@ -300,7 +300,7 @@ def _refined(
             last = last_step(refined[0])
             rivals = rivals_of(refined, symmetry, searched, beyond)
             if not asked.turn_known:
-                rivals += alike(refined[0].pose, symmetry_of(model), beyond)
+                rivals += symmetric_images(refined[0].pose, symmetry_of(model), beyond)
             estimate = judged(refined[0], last, rivals, symmetry, match)
     if estimate.pose is not None and last is not None:
         unseen = unseen_turns(last.best.problem, last.best.pose, last.best.spacing_px)

@@ -110,7 +110,7 @@ def rivals_of(
     return out
 
 
-def alike(pose: Pose, symmetry: Symmetry, beyond: Callable[[Pose], float]) -> list[RivalPose]:
+def symmetric_images(pose: Pose, symmetry: Symmetry, beyond: Callable[[Pose], float]) -> list[RivalPose]:
     """What a target's symmetries make of a pose within the range, or nearly: no image tells them apart.
 
     Their evidence would differ by noise.

@@ -26,10 +26,10 @@ from vision_server.trust.ranking import Refined, best_first, nowhere
 from vision_server.trust.rivals import (
     BEYOND_NATS,
     TURNED_NATS,
-    alike,
     likeliest_first,
     nats_against,
     rivals_of,
+    symmetric_images,
 )
 
 GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
@@ -143,12 +143,12 @@ def test_what_a_symmetry_makes_of_a_pose_is_as_likely_within_the_range_and_not_b
     beyond = beyond_of(POSE, CAMERA, SearchRange(25.0, 40.0))
     pose, about_x = turned_by(POSE, 20.0), [np.radians([angle, 0.0, 0.0]) for angle in (0.0, -40.0, 40.0)]
     turns = tuple(Pose(vector, np.zeros(3)) for vector in about_x)
-    found = alike(pose, Symmetry(turns, None, np.zeros(3)), beyond)
+    found = symmetric_images(pose, Symmetry(turns, None, np.zeros(3)), beyond)
     assert [one.nats for one in found] == [0.0]
     assert found[0].pose.error_to(turned_by(POSE, -20.0)).rotation_deg < 1e-6
     upside_down = Pose(np.array([0.0, np.pi, 0.0]), np.zeros(3))
     rod = Symmetry((turns[0], upside_down), np.array([1.0, 0.0, 0.0]), np.zeros(3))
-    assert alike(pose, rod, beyond) == []
+    assert symmetric_images(pose, rod, beyond) == []
 
 
 @pytest.mark.slow
