@@ -31,26 +31,26 @@ def read_cao(path: Path) -> Surface:
     ------
     GeometryError : with file and line of what is wrong.
     """
-    return united([moved(_read_alone(_Reader(part.file)), part.pose) for part in _parts(path)])
+    return united([moved(_read_alone(reader), pose) for reader, pose in _readers(path)])
 
 
 def files_of_cao(path: Path) -> list[Path]:
     """A .cao file, and those that it or one of these loads, each once; raises as `read_cao`."""
-    return list(dict.fromkeys(part.file for part in _parts(path)))
+    return list(dict.fromkeys(reader.path for reader, _ in _readers(path)))
 
 
-def _parts(path: Path) -> list[Part]:
-    """The file itself, and all that it and its parts load, with their poses in its frame.
+def _readers(path: Path) -> list[tuple["_Reader", Pose]]:
+    """Of the file itself, and of all that it and its parts load, with their poses in its frame.
 
     Raises
     ------
     GeometryError : a part is not beside the file or below, cannot be read, or loads a file that loads it.
     """
-    folder, parts = path.parent.resolve(), list[Part]()
+    folder, readers = path.parent.resolve(), list[tuple[_Reader, Pose]]()
 
     def add(part: Part, above: tuple[Path, ...]) -> None:
-        parts.append(part)
         reader = _Reader(part.file)
+        readers.append((reader, part.pose))
         for row, line in reader.loads:
             where = f"{part.file}:{row}"
             try:
@@ -67,7 +67,7 @@ def _parts(path: Path) -> list[Part]:
             add(Part(loaded.file, part.pose.compose(loaded.pose)), (*above, real))
 
     add(Part(path, Pose(np.zeros(3), np.zeros(3))), (path.resolve(),))
-    return parts
+    return readers
 
 
 def _read_alone(reader: "_Reader") -> Surface:

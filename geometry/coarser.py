@@ -8,9 +8,9 @@ from functools import lru_cache
 import numpy as np
 
 from geometry.deformed import change_of, deformed
-from geometry.mesh import simplified, surface_of_triangles, twice_areas
+from geometry.mesh import simplified, surface_of_triangles
 from geometry.model import Model
-from numerics.arrays import Floats, Ints
+from geometry.polygon import face_areas
 
 MANY_FACETS = 10_000
 # Of the diameter, that a surface may be off: 0.4 px, as a search looks at a target. Twice as much lost two
@@ -32,13 +32,13 @@ def coarser(model: Model) -> Model:
     if change is not None:
         before = coarser(change.before)
         return model if before is change.before else deformed(before, change.matrix, change.about)
-    area = _area(model.vertices, model.triangles)
+    area = face_areas(model.vertices, list(model.triangles)).sum()
     for share in SEARCHED_OFF:
         few = simplified(model.vertices, model.triangles, share * model.diameter)
         if few is None:
             return model
         kept, triangles = few
-        if _area(model.vertices[kept], triangles) >= LEAST_LEFT * area:
+        if face_areas(model.vertices[kept], list(triangles)).sum() >= LEAST_LEFT * area:
             break
     else:
         return model
@@ -46,8 +46,3 @@ def coarser(model: Model) -> Model:
     sharp = np.zeros(len(model.vertices), dtype=bool)
     sharp[model.lines[~model.smooth]] = True
     return replace(found, smooth=found.smooth | ~sharp[kept][found.lines].all(axis=1))
-
-
-def _area(vertices: Floats, triangles: Ints) -> float:
-    """Area of triangles (T, 3)."""
-    return 0.5 * float(twice_areas(vertices, triangles).sum())

@@ -12,6 +12,7 @@ from geometry.gltf import FilesBeside, must_be_plain
 from geometry.junctions import cut_at_junctions
 from geometry.obj_polygons import NO_SUCH_POINT, cut_polygons
 from geometry.ply import must_be_few, read_ply
+from geometry.polygon import face_areas
 from geometry.stl import checked_stl, wrong_in_text
 from geometry.surface import Surface
 from numerics.arrays import Floats, Ints
@@ -219,13 +220,7 @@ def simplified(vertices: Floats, triangles: Ints, off: float) -> tuple[Ints, Int
     kept, number = np.unique(first[which[len(vertices) :]], return_inverse=True)
     few = number[mesh.tri_verts.astype(np.int64)]
     few = few[(few != np.roll(few, 1, axis=1)).all(axis=1)]  # where bodies touch, each had its own corner
-    flat = twice_areas(vertices[kept], few) == 0.0
+    flat = face_areas(vertices[kept], list(few)) == 0.0
     if flat.any():
         few = cut_at_junctions(vertices[kept], few[~flat], ON_SIDE_SHARE * _across(vertices))
     return kept, few
-
-
-def twice_areas(vertices: Floats, triangles: Ints) -> Floats:
-    """Twice the area (T,) of each triangle (T, 3)."""
-    first, second, third = vertices[triangles].transpose(1, 0, 2)
-    return np.asarray(np.linalg.norm(np.cross(second - first, third - first), axis=1))

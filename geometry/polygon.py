@@ -42,6 +42,11 @@ def area_vectors(vertices: Floats, faces: Sequence[Ints]) -> Floats:
     return out
 
 
+def face_areas(vertices: Floats, faces: Sequence[Ints]) -> Floats:
+    """The area (F,) of each of many polygons; a triangle that has none by this has no normal either."""
+    return np.asarray(np.linalg.norm(area_vectors(vertices, faces), axis=1))
+
+
 def corners_of(faces: Sequence[Ints]) -> tuple[Ints, Ints, Ints]:
     """Vertex indices of the corners of many polygons in a row, and where the next corner of each one is.
 

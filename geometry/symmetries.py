@@ -12,6 +12,7 @@ import numpy as np
 from geometry.model import Model
 from geometry.near_symmetries import FOLDS, UNCHANGED_SHARE, exact_tolerance
 from geometry.points_along import points_along
+from geometry.polygon import face_areas
 from geometry.pose import Pose
 from geometry.rotation import cross_matrix, matrix_of, vector_of
 from numerics.arrays import Floats, Ints
@@ -185,7 +186,7 @@ class _Body:
 def _of_surface(model: Model, rng: np.random.Generator) -> tuple[Floats, float]:
     """Points (CLOUD_POINTS, 3) of a surface, at random, and how far others of it may be from the nearest."""
     first, second, third = model.vertices[model.triangles].transpose(1, 0, 2)
-    areas = 0.5 * np.linalg.norm(np.cross(second - first, third - first), axis=1)
+    areas = face_areas(model.vertices, list(model.triangles))
     one = rng.choice(len(areas), CLOUD_POINTS, p=areas / areas.sum())
     along, across = np.sqrt(rng.random(CLOUD_POINTS)), rng.random(CLOUD_POINTS)
     weights = np.stack([1.0 - along, along * (1.0 - across), along * across])
