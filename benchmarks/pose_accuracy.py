@@ -122,9 +122,9 @@ def by_command(trial: Trial, start: Pose) -> dict[str, Any]:
 
 def run_trial(trial: Trial) -> dict[str, Any]:
     """Estimate one pose and compare it with the truth."""
-    camera, _, _ = _scene(trial.folder)
+    camera, model, _ = _scene(trial.folder)
     rng = np.random.default_rng([trial.number, int(trial.rotation_deg)])
-    start = disturbed(trial.true[0], rng, trial.rotation_deg, trial.translation_px, camera.fx)
+    start = disturbed(trial.true[0], rng, trial.rotation_deg, trial.translation_px, camera.fx, model.middle)
     estimate = (by_command if trial.command_line else in_process)(trial, start)
     row: dict[str, Any] = {"image": trial.image.name, "start": trial.number, "right": False}
     row |= {
