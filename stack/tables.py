@@ -3,7 +3,7 @@
 import math
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -19,6 +19,7 @@ class Table(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tru
 
 T = TypeVar("T")
 
+LEAST_LENGTH = 1e-9  # of a direction, chosen by hand: the square of a smaller one may be no number any more
 MOST_BYTES = 16 * 1024 * 1024  # of a TOML file: a recorded stack of 5000 frames has one sixteenth
 
 
@@ -71,6 +72,12 @@ def as_table(values: Any, kind: type[T], file: Path) -> T:
 
         advice = remedy(str(error), kind) or _brackets(str(error))
         raise BadInput(f"{file}: {plain_message(str(error))}", advice) from None
+
+
+def check_direction(vector: Sequence[float], key: str, file: Path, advice: str) -> None:
+    """Raise BadInput for a direction that is none: its length is 0, or nearly so."""
+    if math.hypot(*vector) < LEAST_LENGTH:
+        raise BadInput(f"{file}: {key} has no length.", advice)
 
 
 def _brackets(complaint: str) -> str:

@@ -7,7 +7,7 @@ import msgspec
 from msgspec import Meta
 
 from bridge.errors import BadInput
-from stack.tables import Table, as_table, read_toml
+from stack.tables import Table, as_table, check_direction, read_toml
 
 Texture = Literal["plain", "noise", "veins", "panels", "lines", "checker"]
 TEXTURES: tuple[Texture, ...] = ("plain", "noise", "veins", "panels", "lines", "checker")
@@ -116,6 +116,5 @@ def load_appearance(model: Path, face_count: int) -> Appearance:
                 f"{file}: [[faces]] names face {max(table.faces)}, but {model.name} has {face_count} faces.",
                 f"Allowed: 0 to {face_count - 1}.",
             )
-    if not any(appearance.front):
-        raise BadInput(f"{file}: front has no length.", "Give the direction the target is approached from.")
+    check_direction(appearance.front, "front", file, "Give the direction the target is approached from.")
     return appearance

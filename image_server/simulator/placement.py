@@ -4,12 +4,13 @@ import math
 
 import numpy as np
 
+from bridge.errors import BadInput
 from geometry.camera import Camera
-from geometry.model import Model, about_middle
+from geometry.model import Model, about_middle, size_meant
 from geometry.pose import SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, Pose
 from geometry.rotation import euler_matrix, matrix_of
 from image_server.simulator.scenario import RANGE_M
-from image_server.simulator.scenario_tables import Move, PoseDraw, Sun
+from image_server.simulator.scenario_tables import FARTHEST_M, Move, PoseDraw, Sun
 from numerics.arrays import Floats
 
 TRIES = 400  # chosen by hand: where so many draws fail, the best of them is as good as it gets
@@ -17,10 +18,53 @@ FRAME_MARGIN_PX = 6.0  # chosen by hand
 POINTS_PER_LINE = 9  # at which lines are asked whether they are in the frame
 WELL_SHOWN = 0.12  # share of the visible faces' projected area
 GLINT_SCATTER_DEG = 1.5  # chosen by hand: the glint is near its middle, not always there
+LEAST_RANGE_DIAMETERS = 0.5  # a target nearer than this would contain the camera
+LEAST_PX = 1.0  # of a target in the image: of a smaller one nothing but a dot is seen
+
+
+def check_draw(draw: PoseDraw, model: Model, camera: Camera) -> None:
+    """Whether a target can be put where a scenario says, and be seen there.
+
+    Raises
+    ------
+    BadInput : its range is beyond what numbers hold, within the target, or so far away that the target is a
+        dot; the search range of a seed pose, which is in px, is beyond the focal length.
+    """
+    least, most = draw.range_m or RANGE_M
+    if most > FARTHEST_M:
+        raise BadInput(
+            f"The scenario's [pose] range_m ends at {most:g} m, in proportion to a target that is"
+            f" {model.diameter:.2g} m large.",
+            f"Allowed: {FARTHEST_M:g} m or less.",
+        )
+    nearest = LEAST_RANGE_DIAMETERS * model.diameter
+    if least < nearest and size_meant(model.diameter):
+        raise BadInput(
+            f"The scenario's [pose] range_m begins at {least:g} m, and the target is"
+            f" {model.diameter:.2g} m large.",
+            f"Allowed: {nearest:.2g} m or more.",
+        )
+    if SEARCH_TRANSLATION_PX * draw.search_fraction >= camera.fx:
+        raise BadInput(
+            f"The scenario's [camera] fx is {camera.fx:g} px: a seed pose that is off by as many px"
+            " as it may be lies behind the camera.",
+            "fx is no focal length in mm, but in px; untold it is 1.25 times the width.",
+        )
+    if camera.fx * model.diameter < LEAST_PX * most and size_meant(model.diameter):
+        raise BadInput(
+            f"The scenario's [pose] range_m ends at {most:g} m: from there the target, which is"
+            f" {model.diameter:.2g} m large, is less than a pixel wide.",
+            f"Give metres: {camera.fx * model.diameter / LEAST_PX:.3g} m or less.",
+        )
 
 
 def drawn_pose(draw: PoseDraw, model: Model, front: Floats, camera: Camera, rng: np.random.Generator) -> Pose:
-    """A true pose: of up to TRIES draws the first that lies in the frame, else the one that does so most."""
+    """A true pose: of up to TRIES draws the first that lies in the frame, else the one that does so most.
+
+    Raises
+    ------
+    BadInput : none does at all.
+    """
     best, best_inside = None, -1.0
     aimed_at = _aimed_at(model)
     for _ in range(TRIES):
@@ -33,6 +77,11 @@ def drawn_pose(draw: PoseDraw, model: Model, front: Floats, camera: Camera, rng:
             return pose
         if inside > best_inside:
             best, best_inside = pose, inside
+    if best_inside == 0.0:
+        raise BadInput(
+            f"The scenario puts the target outside of its frame of {camera.width}×{camera.height} px.",
+            "Check [camera] fx, cx and cy, and [pose] centre_px: all are in px.",
+        )
     return best if best is not None else _one_pose(draw, front, camera, rng)
 
 

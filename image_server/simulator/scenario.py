@@ -11,7 +11,7 @@ from bridge.errors import BadInput
 from geometry.model import size_meant
 from image_server.simulator.scenario_tables import Light, Scenario, ScenarioCamera
 from stack.format import check_light_names
-from stack.tables import as_table, read_toml
+from stack.tables import as_table, check_direction, read_toml
 
 SCENARIOS = Path(__file__).resolve().parent.parent.parent / "scenarios"
 # Chosen by hand: the project's targets and the drawn ones are 0.15 to 0.76 m across, and lamps and ranges are
@@ -58,8 +58,8 @@ def load_scenario(name_or_file: str) -> Scenario:
         directions["[earth] direction"] = scenario.earth.direction
     directions |= {f"[[lights]] {light.name!r} aim": light.aim for light in scenario.lights}
     for key, vector in directions.items():
-        if vector is not None and not any(vector):
-            raise BadInput(f"{file}: {key} has no length.", "Give a vector in the camera frame.")
+        if vector is not None:
+            check_direction(vector, key, file, "Give a vector in the camera frame.")
     check_light_names([light.name for light in scenario.lights], file)
     return scenario
 

@@ -13,7 +13,7 @@ from bridge.image_messages import MoveDone, PoseErrorMessage
 from bridge.messages import Describe, PoseMessage, Settings
 from geometry.camera import Camera
 from geometry.errors import GeometryError
-from geometry.model import find_target, load_model, size_meant
+from geometry.model import find_target, load_model
 from geometry.pose import Pose
 from image_server.replay import pose_error
 from image_server.serve.device import Change, Device, Frame, checked_settings, sure_frame
@@ -22,8 +22,8 @@ from image_server.simulator.description import described, pose_message
 from image_server.simulator.drift import Drift
 from image_server.simulator.lens import focused, zoomed
 from image_server.simulator.material import load_appearance
-from image_server.simulator.scenario import RANGE_M, load_scenario, of_size
-from image_server.simulator.scenario_tables import FARTHEST_M, Scenario
+from image_server.simulator.scenario import load_scenario, of_size
+from image_server.simulator.scenario_tables import Scenario
 from image_server.simulator.scene import Scene, background_parts, joined, target_part
 from image_server.simulator.view import Radiances, TracedView, rendered, sky_of
 from numerics.arrays import Field, Floats
@@ -34,7 +34,6 @@ POSE, SEED_POSE, SUN, BACKGROUND, MOVES, DRIFT, STARS = range(1, 8)
 """Streams of random numbers, so that one draw more in one place changes nothing elsewhere."""
 FEWEST_KEPT = 4  # geometries that were traced: focal lengths, or those of the session before
 KEPT_BYTES = 1 << 26  # of more than these; a session of six captures, each of another geometry, has 45 MB
-LEAST_RANGE_DIAMETERS = 0.5  # a target nearer than this would contain the camera
 
 
 class Simulator(Device):
@@ -83,20 +82,7 @@ class Simulator(Device):
                 "Give a model with faces, or images: a --stack or a --camera.",
             )
         self._scenario = of_size(told, self.model.diameter)
-        self._nearest_m = LEAST_RANGE_DIAMETERS * self.model.diameter
-        least, most = self._scenario.pose.range_m or RANGE_M
-        if most > FARTHEST_M:
-            raise BadInput(
-                f"The scenario's [pose] range_m ends at {most:g} m, in proportion to a target that is"
-                f" {self.model.diameter:.2g} m large.",
-                f"Allowed: {FARTHEST_M:g} m or less.",
-            )
-        if least < self._nearest_m and size_meant(self.model.diameter):
-            raise BadInput(
-                f"The scenario's [pose] range_m begins at {least:g} m, and the target is"
-                f" {self.model.diameter:.2g} m large.",
-                f"Allowed: {self._nearest_m:.2g} m or more.",
-            )
+        self._nearest_m = placement.LEAST_RANGE_DIAMETERS * self.model.diameter
         self._unit = unit
         self._appearance = load_appearance(self.model_file, len(self.model.faces))
         self.sensor = self._scenario.camera
@@ -105,6 +91,7 @@ class Simulator(Device):
             self._camera = Camera.from_dict(msgspec.to_builtins(self.sensor))
         except GeometryError as error:
             raise BadInput(f"The scenario's {error}.") from None
+        placement.check_draw(self._scenario.pose, self.model, self._camera)
         self._notify: Callable[[Change], None] = lambda change: None
         self._traced: OrderedDict[Hashable, TracedView] = OrderedDict()  # of seeds before, too
         self.restart(seed, captures_taken, moves)
@@ -144,12 +131,6 @@ class Simulator(Device):
             self._scenario.pose.search_fraction,
             self._random(SEED_POSE),
         )
-        if self.seed_pose.translation[2] <= 0.0:
-            raise BadInput(
-                f"The scenario's [camera] fx is {self._camera.fx:g} px: a seed pose that is off by as many px"
-                " as it may be lies behind the camera.",
-                "fx is no focal length in mm, but in px; untold it is 1.25 times the width.",
-            )
         self._sun = self._drawn_sun()
         axis = placement.sun_axis(self._sun, self._random(DRIFT))
         self._drift = Drift(self._scenario.time, self.true_pose, self._sun, axis)

@@ -1,21 +1,27 @@
-"""Which camera is looked through where a file gives one, an image server describes one, or both."""
+"""What an image server describes: which camera is looked through, and doubts of its camera and lights."""
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
 import numpy as np
 
 from bridge.errors import BadInput
-from bridge.messages import CameraDescription
+from bridge.messages import CameraDescription, LightDescription
 from geometry.camera import Camera
 from geometry.errors import GeometryError
+from geometry.pose import Pose
 from stack.format import GivenTargetTable
 from vision_server.serve.inputs import GivenCamera
 
 # Of the frame's half diagonal, chosen by hand: half a percent of the range; two calibrations differ by less.
 APART = 0.005
+# Distances of target and camera between lamp and target: it gives a thousandth of the light of one beside the
+# camera, which is less than a grey level.
+FAR_LAMP = 30.0
 
 
 def used_camera(given: GivenCamera | None, described: CameraDescription | None, source: str) -> GivenCamera:
@@ -59,6 +65,24 @@ def camera_doubt(used: Camera, described: CameraDescription | None) -> str | Non
         f"camera (fx {other.fx:g}, fy {other.fy:g}): points of the frame are up to {apart_px:.1f} px apart. "
         "If the server is right, every pose is off."
     )
+
+
+def lights_doubt(lights: Sequence[LightDescription], seed_pose: Pose | None) -> str | None:
+    """What to say of lights so far away that they give the target as good as no light."""
+    if seed_pose is None:
+        return None
+    target = seed_pose.translation
+    for light in lights:
+        if light.position is None:
+            continue
+        reach = FAR_LAMP * float(np.linalg.norm(target)) * math.sqrt(max(light.power, 1.0))
+        away = float(np.linalg.norm(target - light.position))
+        if away > reach:
+            return (
+                f"the light {light.name!r} is {away:.3g} m from the target, which is "
+                f"{float(np.linalg.norm(target)):.3g} m from the camera. Is its position in metres?"
+            )
+    return None
 
 
 def _apart_px(one: Camera, other: Camera) -> float:

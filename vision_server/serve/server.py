@@ -34,7 +34,7 @@ from geometry.pose import Pose
 from stack.format import FrameTable
 from stack.read import recorded_frames, recorded_seed_pose
 from vision_server.channels.image_files import read_pixels
-from vision_server.serve.described import camera_doubt
+from vision_server.serve.described import camera_doubt, lights_doubt
 from vision_server.serve.files import ANY_FILES, Files
 from vision_server.serve.inputs import model_warning, picture_px
 from vision_server.serve.opening import GIVEN_FRAMES, given_values, open_task
@@ -238,7 +238,11 @@ def _described(client: Client) -> Describe:
 def _started(task: PoseTask) -> Reply:
     model, camera = task.model, task.camera
     seed_pose = task.seed_pose if isinstance(task.seed_pose, Pose) else None
-    doubts = (model_warning(model, camera, seed_pose), camera_doubt(camera, task.describe.camera))
+    doubts = (
+        model_warning(model, camera, seed_pose),
+        camera_doubt(camera, task.describe.camera),
+        lights_doubt(task.describe.lights, seed_pose),
+    )
     told = ModelTold(
         name=model.name,
         lines=len(model.lines),

@@ -47,6 +47,8 @@ def test_conditions_change_a_scenario() -> None:
         ("light_power = inf", "light_power is not a finite number"),
         ("[sun]\ndirection = [0.0, nan, 1.0]", "sun.direction 2 is not a finite number"),
         ("[earth]\ndirection = [0.0, 0.0, 0.0]", r"\[earth\] direction has no length"),
+        ("[sun]\ndirection = [1e-300, 0.0, 0.0]", r"\[sun\] direction has no length"),
+        (f"{ONE_LIGHT}aim = [0.0, 1e-200, 0.0]", r"\[\[lights\]\] 'a' aim has no length"),
         (f"{ONE_LIGHT}beam = [[0.0, 1.0], [0.0, 0.5]]", r"'a': the angles of its beam do not grow"),
         (
             f"{ONE_LIGHT}beam = [[0.0, 1.0], [9.0, 0.5]]\nhalf_intensity_deg = 9.0",
@@ -113,8 +115,6 @@ shutters_s = [1e-9, 1e5]
 apertures = [1e-2, 1e4]
 focal_lengths_mm = [1e-3, 1e6]
 focuses_m = [1e-3, 2e4]
-fx = 1e6
-cx = -1e6
 [[lights]]
 name = "a"
 position = [2e4, -2e4, 2e4]
@@ -150,11 +150,27 @@ def test_a_range_that_grows_beyond_all_bounds_with_the_target_is_refused(tmp_pat
         Simulator(str(model), str(file))
 
 
-def test_a_focal_length_in_mm_is_told(tmp_path: Path) -> None:
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_focal_length_in_mm_is_told(tmp_path: Path, seed: int) -> None:
     file = tmp_path / "mine.toml"
-    file.write_text("[camera]\nfx = 8.0\n")
-    with pytest.raises(BadInput, match=r"\[camera\] fx is 8 px: .* behind the camera. fx is no focal length"):
-        Simulator("cube", str(file), seed=1)
+    file.write_text("[camera]\nfx = 12.0\n")
+    with pytest.raises(BadInput, match=r"\[camera\] fx is 12 px: .* behind the camera. fx is no focal"):
+        Simulator("cube", str(file), seed=seed)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[pose]\nrange_m = [500.0, 1000.0]", r"target, which is 0\.35 m large, is less than a pixel wide"),
+        ("[camera]\ncx = 5000.0", r"outside of its frame of 640×480 px\. Check \[camera\] fx, cx and cy"),
+        ("[pose]\ncentre_px = [1e6, 1e6]", r"outside of its frame"),
+    ],
+)
+def test_a_target_that_is_not_seen_is_told(tmp_path: Path, text: str, message: str) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text(text)
+    with pytest.raises(BadInput, match=message):
+        Simulator("cube", str(file))
 
 
 def test_a_distortion_that_folds_the_picture_is_the_scenarios(tmp_path: Path) -> None:
