@@ -60,14 +60,14 @@ def files_of_gltf(path: Path) -> list[Path]:
     try:
         buffers = json.loads(path.read_bytes().removeprefix(codecs.BOM_UTF8)).get("buffers", [])
         names = [uri for buffer in buffers if not (uri := buffer.get("uri", "data:")).startswith("data:")]
+        files = [
+            file if (file := path.parent / name).is_file() else path.parent / unquote(name) for name in names
+        ]
+        away = [file for file in files if not file.resolve().is_relative_to(path.parent.resolve())]
     except (ValueError, AttributeError, TypeError):  # whoever reads it says what is wrong
         return [path]
-    files = [
-        file if (file := path.parent / name).is_file() else path.parent / unquote(name) for name in names
-    ]
-    for file in files:
-        if not file.resolve().is_relative_to(path.parent.resolve()):
-            raise GeometryError(f"model {path} reads {file}, which is not beside it or below. Copy it there")
+    if away:
+        raise GeometryError(f"model {path} reads {away[0]}, which is not beside it or below. Copy it there")
     return [path, *files]
 
 
@@ -86,7 +86,8 @@ def must_be_plain(content: bytes) -> None:
     try:
         said: Any = json.loads(content)
     except ValueError as error:
-        raise GeometryError(f"it is no glTF file, or was cut short: its JSON is wrong ({error})") from error
+        wrong = error if isinstance(error, json.JSONDecodeError) else "no text in UTF-8"
+        raise GeometryError(f"it is no glTF file, or was cut short: its JSON is wrong ({wrong})") from error
     if not isinstance(said, dict):
         raise GeometryError("it is no glTF file: its JSON is no object")
     if str(said.get("asset", {}).get("version", "")).startswith("1"):

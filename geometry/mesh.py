@@ -26,6 +26,7 @@ ON_SIDE_SHARE = 1e-5  # likewise, of a corner on a side of another facet: three 
 MOST_TRIANGLES = 80_000  # 65 000 are read in 0.5 s of processor time; what finer facets add is under a pixel
 MOST_READ = 1_500_000  # of a closed mesh, which is made coarser: 1.3 million in 13 s and 1.7 GB
 FARTHEST = 1e10  # in the file's unit, from its origin: ten thousand kilometres in millimetres
+NOT_WHOLE = "it is damaged, or says what its format does not allow. Export it again"
 READ_OFF = 1e-4  # of the diameter, by which it may be off then: 0.1 px of a part that fills the frame
 
 
@@ -80,8 +81,10 @@ def read_mesh(path: Path) -> Surface:
     except FileNotFoundError as error:  # the .bin of a .gltf
         said = f"model {path} needs the file {error.filename or error}, which is not beside it; copy both"
         raise GeometryError(said) from error
-    except Exception as error:  # trimesh's readers raise whatever their format stumbles on
+    except GeometryError as error:
         raise GeometryError(f"model {path} cannot be read as a mesh: {error}") from error
+    except Exception as error:  # trimesh's readers raise whatever their format stumbles on
+        raise GeometryError(f"model {path} cannot be read as a mesh: {NOT_WHOLE}") from error
     return surface_of_triangles(vertices, faces)
 
 

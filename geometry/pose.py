@@ -51,7 +51,7 @@ def _vector(value: ArrayLike, name: str, size: int = 3) -> Floats:
     except (TypeError, ValueError, OverflowError) as error:
         raise GeometryError(f"{name} must be {size} numbers, got {value!r}") from error
     if out.shape != (size,):
-        raise GeometryError(f"{name} must be {size} numbers, got shape {out.shape}")
+        raise GeometryError(f"{name} must be {size} numbers, got {out.tolist()!s:.80}")
     if not np.isfinite(out).all():
         raise GeometryError(f"{name} must be finite, got {out.tolist()}")
     out.setflags(write=False)

@@ -31,17 +31,17 @@ def read_toml(file: Path, what: str) -> dict[str, Any]:
     BadInput : no such file, not readable, too large, not TOML.
     """
     try:
-        return tomllib.loads(read_content(file, what, "TOML").decode("utf-8-sig"))
+        return tomllib.loads(read_text(file, what, "TOML"))
     except ValueError as error:
         raise BadInput(f"{file} is not valid TOML: {error}.", "Correct the file.") from None
 
 
-def read_content(file: Path, what: str, kind: str) -> bytes:
+def read_text(file: Path, what: str, kind: str) -> str:
     """What a file holds that is to be of a kind, such as TOML; `what` it is, for people.
 
     Raises
     ------
-    BadInput : no such file, not readable, too large.
+    BadInput : no such file, not readable, too large, not UTF-8.
     """
     try:
         with file.open("rb") as stream:
@@ -52,7 +52,14 @@ def read_content(file: Path, what: str, kind: str) -> bytes:
         raise BadInput(f"Cannot read {what} {file}: {error.strerror or error}.", "Check the path.") from None
     if len(content) > MOST_BYTES:
         raise BadInput(f"The {what} {file} has more than {MOST_BYTES} bytes.", f"Give a {kind} file.")
-    return content
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise BadInput(
+            f"{file} is not valid {kind}: it is no text in UTF-8, from line {line} on.",
+            "Save it as UTF-8.",
+        ) from None
 
 
 def as_table(values: Any, kind: type[T], file: Path) -> T:

@@ -191,3 +191,31 @@ def test_its_files_are_those_beside_it_or_below(tmp_path: Path) -> None:
         files_of_model(file)
     file.write_text("[]")
     assert files_of_model(file) == [file]
+
+
+@pytest.mark.parametrize(
+    ("place", "value"),
+    [
+        (["buffers", 0], "x"),
+        (["nodes"], 3),
+        (["nodes", 0, "matrix"], [1.0] * 17),
+        (["accessors", 0, "count"], 10**300),
+        (["meshes", 0, "primitives", 0, "indices"], 77),
+        (["bufferViews", 1, "byteLength"], "12"),
+        (["buffers", 0, "uri"], "no\0name"),
+        (["buffers", 0, "uri"], "."),
+    ],
+)
+@pytest.mark.parametrize("name", ["part.gltf", "part.glb"])
+def test_wrong_types_and_numbers_are_told_without_words_of_python(
+    tmp_path: Path, name: str, place: list[Any], value: object
+) -> None:
+    said = box()
+    inner: Any = said
+    for key in place[:-1]:
+        inner = inner[key]
+    inner[place[-1]] = value
+    file = written(tmp_path / name, said)
+    with pytest.raises(GeometryError, match=rf"{name} cannot be read as a mesh: it is damaged, or says what"):
+        load_model(file)
+    files_of_model(file)

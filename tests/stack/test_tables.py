@@ -26,6 +26,16 @@ def test_a_byte_order_mark_and_line_ends_of_windows_are_no_matter(tmp_path: Path
     assert read_toml(file, "file") == {"x": 1, "y": 2}
 
 
+@pytest.mark.parametrize(("encoding", "line"), [("utf-16", 1), ("latin-1", 2)])
+def test_a_file_in_another_encoding_is_told_with_the_line(tmp_path: Path, encoding: str, line: int) -> None:
+    file = tmp_path / "a.toml"
+    file.write_text("x = 1\ny = 'ä'\n", encoding=encoding)
+    with pytest.raises(
+        BadInput, match=rf"a\.toml is not valid TOML: .* UTF-8, from line {line} on\. Save it"
+    ):
+        read_toml(file, "file")
+
+
 class Lamp(Table, frozen=True):
     colour: Literal["red", "green"] = "red"
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import cv2
 import numpy as np
 import yaml  # type: ignore[import-untyped]
 
 from bridge.errors import BadInput
 
 MOST_BYTES = 1024 * 1024
-OPENCV_SIGNS = ("%YAML:", "!!opencv-matrix", "<opencv_storage")  # the first colon is none of YAML's
 MATRICES = ("camera_matrix", "Camera_Matrix", "cameraMatrix", "K")
 COEFFICIENTS = ("distortion_coefficients", "Distortion_Coefficients", "distCoeffs", "D")
 WIDTHS, HEIGHTS = ("image_width", "image_Width"), ("image_height", "image_Height")
@@ -34,29 +33,26 @@ def camera_table(path: Path) -> dict[str, Any]:
         It cannot be read, is none of these, or is of a lens that is not known here.
     """
     try:
-        text = path.read_bytes()[: MOST_BYTES + 1].decode("utf-8", "replace")
+        text = path.read_bytes()[: MOST_BYTES + 1].decode("utf-8-sig", "replace")
     except OSError as error:
         raise BadInput(f"Cannot read {path}: {error.strerror or error}.", "Check the path.") from error
     try:
         if len(text) > MOST_BYTES:
-            raise ValueError(f"it has more than {MOST_BYTES} bytes")
-        if any(sign in text for sign in OPENCV_SIGNS):
-            return _of_opencv(text)
-        if path.suffix.lower() == ".xml":
-            return _of_visp(ElementTree.fromstring(text))
-        data = next(yaml.safe_load_all(text), None)  # a printed message ends with a line of ---
-        if not isinstance(data, Mapping):
-            raise ValueError("it has no names with values")
-        if "cam0" in data or "intrinsics" in data:
-            return _of_kalibr(data)
-        return _of_message(data) if "width" in data else _of_ros(data)
-    except (ValueError, KeyError, TypeError, yaml.YAMLError, ElementTree.ParseError, cv2.error) as error:
+            raise _NotReadError(f"it has more than {MOST_BYTES} bytes")
+        return _of_xml(text) if text.lstrip().startswith("<") else _of_yaml(text)
+    except _NotReadError as error:
+        what = str(error)
+    except KeyError as error:
+        what = f"no {error.args[0]}"
+    except (yaml.YAMLError, ElementTree.ParseError) as error:
         what = str(error).split("\n")[0]
-        if isinstance(error, KeyError):
-            what = f"no {error.args[0]}"
-        elif isinstance(error, TypeError | cv2.error):
-            what = "something in it is no matrix, list or number where there should be one"
-        raise BadInput(f"{path} is no camera file that can be read: {what}.", HINT) from error
+    except (ValueError, TypeError, AttributeError, IndexError, OverflowError, RecursionError):
+        what = "something in it is no matrix, list or number where there should be one"
+    raise BadInput(f"{path} is no camera file that can be read: {what}.", HINT)
+
+
+class _NotReadError(Exception):
+    """A camera that is not known here."""
 
 
 def _table(
@@ -67,11 +63,11 @@ def _table(
     if lens == "pinhole":
         if len(coefficients) == TILTED:
             if any(coefficients[12:]):
-                raise ValueError("its sensor is tilted (14 coefficients), which is not known here")
+                raise _NotReadError("its sensor is tilted (14 coefficients), which is not known here")
             coefficients = coefficients[:12]
         coefficients += [0.0] * (5 - len(coefficients))
     known: dict[str, Any] = {
-        "width": int(size[0]), "height": int(size[1]),
+        "width": int(float(size[0])), "height": int(float(size[1])),
         "fx": float(focal[0]), "fy": float(focal[1]), "cx": float(middle[0]), "cy": float(middle[1]),
         "distortion": coefficients,
     }  # fmt: skip
@@ -82,36 +78,50 @@ def _of_matrix(size: Sequence[Any], matrix: Any, lens: str, k: Any) -> dict[str,
     found = np.asarray(matrix, dtype=np.float64).reshape(3, 3)
     rest = found - [[found[0, 0], 0.0, found[0, 2]], [0.0, found[1, 1], found[1, 2]], [0.0, 0.0, 1.0]]
     if not np.abs(rest).max() <= MOST_SKEW * abs(found[0, 0]):
-        raise ValueError(
+        raise _NotReadError(
             "its camera matrix is not fx 0 cx, 0 fy cy, 0 0 1: one with a skew is not known here"
         )
     return _table(size, (found[0, 0], found[1, 1]), (found[0, 2], found[1, 2]), lens, k)
 
 
-def _of_opencv(text: str) -> dict[str, Any]:
-    kind = cv2.FILE_STORAGE_FORMAT_XML if text.lstrip().startswith("<") else cv2.FILE_STORAGE_FORMAT_YAML
-    storage = cv2.FileStorage(text, cv2.FILE_STORAGE_READ | cv2.FILE_STORAGE_MEMORY | kind)
-
-    def first(names: Sequence[str]) -> cv2.FileNode:
-        nodes = [storage.getNode(name) for name in names]
-        return next((node for node in nodes if not node.empty()), nodes[0])
-
-    matrix, k = first(MATRICES).mat(), first(COEFFICIENTS).mat()
-    size = [first(names).real() for names in (WIDTHS, HEIGHTS)]
-    if matrix is None or k is None:
-        raise KeyError(MATRICES[0] if matrix is None else COEFFICIENTS[0])
-    if not all(size):
-        raise KeyError(f"{WIDTHS[0]} and {HEIGHTS[0]}")
-    fisheye = first(("fisheye_model",))
-    return _of_matrix(size, matrix, "fisheye" if not fisheye.empty() and fisheye.real() else "pinhole", k)
+class _Loader(yaml.SafeLoader):  # type: ignore[misc]
+    """YAML in which a matrix of OpenCV is a mapping like that of ROS."""
 
 
-def _of_ros(data: Mapping[str, Any]) -> dict[str, Any]:
-    model = data.get("distortion_model", PINHOLES[0])
-    size = data["image_width"], data["image_height"]
-    return _of_matrix(
-        size, data["camera_matrix"]["data"], _lens(model), data["distortion_coefficients"]["data"]
+_Loader.add_multi_constructor(
+    "tag:yaml.org,2002:opencv-", lambda loader, _, node: loader.construct_mapping(node, deep=True)
+)
+
+
+def _of_yaml(text: str) -> dict[str, Any]:
+    text = re.sub(r"^%YAML:.*", "", text)  # as OpenCV writes it, which no other reader takes
+    data = next(yaml.load_all(text, _Loader), None)  # a printed message ends with a line of ---
+    if not isinstance(data, Mapping):
+        raise _NotReadError("it has no names with values")
+    if "cam0" in data or "intrinsics" in data:
+        return _of_kalibr(data)
+    return _of_message(data) if "width" in data else _of_matrices(data)
+
+
+def _of_xml(text: str) -> dict[str, Any]:
+    root = ElementTree.fromstring(text)
+    if root.tag != "opencv_storage":
+        return _of_visp(root)
+    return _of_matrices(
+        {one.tag: {"data": one.findtext("data", "").split()} if len(one) else one.text for one in root}
     )
+
+
+def _of_matrices(data: Mapping[str, Any]) -> dict[str, Any]:
+    """A calibration of OpenCV or of ROS: each matrix has its numbers as `data`."""
+    size = _first(data, WIDTHS), _first(data, HEIGHTS)
+    fisheye = float(data.get("fisheye_model", 0.0)) != 0.0
+    lens = "fisheye" if fisheye else _lens(data.get("distortion_model", PINHOLES[0]))
+    return _of_matrix(size, _first(data, MATRICES)["data"], lens, _first(data, COEFFICIENTS)["data"])
+
+
+def _first(data: Mapping[str, Any], names: Sequence[str]) -> Any:
+    return data[next((name for name in names if name in data), names[0])]
 
 
 def _of_message(data: Mapping[str, Any]) -> dict[str, Any]:
@@ -120,16 +130,16 @@ def _of_message(data: Mapping[str, Any]) -> dict[str, Any]:
     size = known["width"], known["height"]
     region = known.get("roi") or {}
     if max(known.get("binning_x", 0), known.get("binning_y", 0)) > 1:
-        raise ValueError("its images are binned, and its matrix is of the whole sensor")
+        raise _NotReadError("its images are binned, and its matrix is of the whole sensor")
     if (region.get("width", 0), region.get("height", 0)) not in ((0, 0), size):
-        raise ValueError("its images are a part (roi) of those that its matrix is of")
+        raise _NotReadError("its images are a part (roi) of those that its matrix is of")
     return _of_matrix(size, known["k"], _lens(known["distortion_model"]), known["d"])
 
 
 def _of_kalibr(data: Mapping[str, Any]) -> dict[str, Any]:
     camera = data.get("cam0", data)
     if camera.get("camera_model", "pinhole") != "pinhole":
-        raise ValueError(f"its camera_model is {camera['camera_model']}; pinhole is read")
+        raise _NotReadError(f"its camera_model is {camera['camera_model']}; pinhole is read")
     fx, fy, cx, cy = camera["intrinsics"]
     lens = _lens(camera.get("distortion_model", "none"))
     return _table(camera["resolution"], (fx, fy), (cx, cy), lens, camera.get("distortion_coeffs", []))
@@ -142,7 +152,7 @@ def _of_visp(root: ElementTree.Element) -> dict[str, Any]:
     models = {str(model.findtext("type")).strip(): model for model in camera.iter("model")}
     model = models.get("perspectiveProjWithDistortion", models.get("perspectiveProjWithoutDistortion"))
     if model is None:
-        raise ValueError(f"its model is {', '.join(models) or 'missing'}; perspectiveProj… is read")
+        raise _NotReadError(f"its model is {', '.join(models) or 'missing'}; perspectiveProj… is read")
     size = _number(camera, "image_width"), _number(camera, "image_height")
     focal, middle = (_number(model, "px"), _number(model, "py")), (_number(model, "u0"), _number(model, "v0"))
     k1 = 0.0 if model.find("kud") is None else _number(model, "kud")
@@ -160,5 +170,5 @@ def _lens(model: str) -> str:
     if model in FISHEYES:
         return "fisheye"
     if model not in PINHOLES:
-        raise ValueError(f"its distortion_model is {model}; {', '.join((*PINHOLES, *FISHEYES))} are read")
+        raise _NotReadError(f"its distortion_model is {model}; {', '.join((*PINHOLES, *FISHEYES))} are read")
     return "pinhole"

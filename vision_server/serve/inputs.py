@@ -18,7 +18,7 @@ from geometry.errors import GeometryError
 from geometry.model import Model, load_model, size_meant
 from geometry.pose import Pose
 from stack.format import CAMERA_ADVICE, GivenTargetTable, camera_file
-from stack.tables import read_content, read_toml
+from stack.tables import read_text, read_toml
 from vision_server.channels.depth import Raw
 from vision_server.matching.match import Anywhere, seen_sizes_px, sizes_from_px
 
@@ -145,7 +145,7 @@ def _told_pose(path: Path, what: str) -> dict[str, Any]:
     if path.suffix.lower() != ".json":
         return read_toml(path, what)
     try:
-        told = json.loads(read_content(path, what, "JSON").decode("utf-8"))
+        told = json.loads(read_text(path, what, "JSON"))
     except (ValueError, RecursionError) as error:
         raise BadInput(
             f"{path} is not one JSON object: {error}.", "Give a single line of what track prints."

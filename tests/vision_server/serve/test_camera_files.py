@@ -104,6 +104,12 @@ def visp_file(path: Path, model: str = "perspectiveProjWithDistortion") -> Path:
     return path
 
 
+def replaced(path: Path, old: str, new: str) -> None:
+    text = path.read_text()
+    assert old in text
+    path.write_text(text.replace(old, new))
+
+
 def expected(lens: str, coefficients: tuple[float, ...]) -> np.ndarray:
     none = np.zeros(3)
     if lens == "fisheye":
@@ -168,8 +174,13 @@ def test_each_file_projects_as_its_program_does(
         (lambda path: message_file(path, "plumb_bob", PINHOLE, "binning_x: 2\n"), "images are binned"),
         (lambda path: path.write_text("width: 640\n"), "no height"),
         (lambda path: path.write_text("a: [1, 2"), "no camera file"),
-        (lambda path: path.write_text("%YAML:1.0\n---\nimage_width: 640\n"), "no camera_matrix"),
-        (lambda path: path.write_text("%YAML:1.0\n---\ncamera_matrix: 3\n"), "something in it is no matrix"),
+        (
+            lambda path: path.write_text("%YAML:1.0\n---\nimage_width: 64\nimage_height: 48\n"),
+            "no camera_matrix",
+        ),
+        (lambda path: path.write_text("cam0: pinhole\n"), "something in it is no"),
+        (lambda path: replaced(opencv_file(path, PINHOLE), "690.", "6!9"), "something in it is no matrix"),
+        (lambda path: replaced(opencv_file(path, PINHOLE), "rows: 3", "rows: 3: 3"), "no camera file"),
         (
             lambda path: path.write_text("image_width: 9\nimage_height: 9\ncamera_matrix: 3\n"),
             "something in it is no matrix",
