@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import get_native_id
 
 
 @contextmanager
@@ -15,7 +16,7 @@ def replaced(file: Path) -> Iterator[Path]:
     ------
     OSError : the new file cannot be moved, or was not written.
     """
-    new = file.with_name(f"{file.name}.new")
+    new = file.with_name(f"{file.name}.{get_native_id()}.new")  # two that write at once do not meet
     try:
         yield new
         new.replace(file)

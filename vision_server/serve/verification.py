@@ -85,8 +85,11 @@ def verified(folder: Path) -> Verified:
         raise BadInput(f"{folder / FOLDER} holds no frames of a session.")
     changed = _changed_inputs(folder / FOLDER, stack, stated.estimated_with)
     names = images_of(stated.pose, stated.steps)
-    task = _task(stack, stated.estimated_with, names)
-    estimate = task.estimate(names)
+    try:
+        task = _task(stack, stated.estimated_with, names)
+        estimate = task.estimate(names)
+    except BadInput as error:  # which speaks as to a session, of parameters and an image server
+        raise BadInput(f"{folder} cannot be estimated again: {error.message}", error.hint) from None
     differences = (*changed, *_differences(stated, estimate))
     return Verified(names, differences, estimate, about_middle(task.model)[1])
 

@@ -125,6 +125,10 @@ def test_a_covariance_that_is_none_differs_without_more_words(copy: Path) -> Non
         ({"pose": None, "covariance": None}, "states no pose"),
         ({"estimated_with": None}, "does not say what its pose was estimated with"),
         ({"estimated_with": None, "status": "stopped"}, "stopped before its end"),
+        (
+            {"estimated_with": {"parameters": {"tone_sd_px": -1.0}}},
+            "run cannot be estimated again: Parameter tone_sd_px must be",
+        ),
         ({"steps": []}, "no step has the stated pose"),
         ({"steps": 3}, "result.json"),
         ({"holds": []}, "is an approach"),
