@@ -11,6 +11,7 @@ from geometry.errors import GeometryError
 from geometry.polygon import triangulate
 from geometry.pose import Pose
 from geometry.surface import Surface
+from geometry.text_files import text_of
 from numerics.arrays import Floats, Ints
 
 ONE_SURFACE_DEG = 1.0  # adjacent faces that bend less are one surface cut in pieces (by hand)
@@ -106,12 +107,12 @@ class _Reader:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            text = path.read_text(encoding="utf-8", errors="replace")
+            text = text_of(path)
         except OSError as error:
             raise GeometryError(f"model {path} cannot be read: {error.strerror}") from error
         self.tokens: list[tuple[str, int]] = []
         self.loads: list[tuple[int, str]] = []
-        for row, line in enumerate(text.lstrip("\ufeff").splitlines(), start=1):
+        for row, line in enumerate(text.splitlines(), start=1):
             bare = COMMENT.sub("", line)
             if len(self.tokens) == 1 and bare.lstrip().lower().startswith("load"):
                 self.loads.append((row, bare))

@@ -2,6 +2,7 @@
 
 import codecs
 import io
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,11 +11,12 @@ import numpy as np
 from geometry.errors import GeometryError
 from geometry.gltf import FilesBeside, must_be_plain
 from geometry.junctions import cut_at_junctions
-from geometry.obj_polygons import NO_SUCH_POINT, cut_polygons
+from geometry.obj_polygons import NO_SUCH_POINT, cut_polygons, lines_alone
 from geometry.ply import must_be_few, read_ply
 from geometry.polygon import face_areas
 from geometry.stl import checked_stl, wrong_in_text
 from geometry.surface import Surface
+from geometry.text_files import text_of
 from numerics.arrays import Floats, Ints
 
 FLAT_DEG = 0.01  # rounding of coordinates; anything above may be part of a fine tessellation
@@ -44,7 +46,11 @@ def read_mesh(path: Path) -> Surface:
 
     try:
         if path.suffix.lower() == ".obj":
-            mesh = _read_obj(path)
+            text = text_of(path)
+            points, drawn = lines_alone(text)
+            if len(drawn):
+                return replace(surface_of_triangles(points, np.empty((0, 3), np.int64)), drawn=drawn)
+            mesh = _read_obj(text)
         elif path.suffix.lower() == ".ply":
             mesh = trimesh.Trimesh(*read_ply(path, MOST_READ), process=False)
         elif path.suffix.lower() == ".stl":
@@ -88,11 +94,10 @@ def read_mesh(path: Path) -> Surface:
     return surface_of_triangles(vertices, faces)
 
 
-def _read_obj(path: Path) -> Any:
-    """The mesh of an OBJ file, or what trimesh makes of several."""
+def _read_obj(text: str) -> Any:
+    """The mesh of an OBJ file's text, or what trimesh makes of several."""
     import trimesh
 
-    text = path.read_text(encoding="utf-8-sig", errors="replace")
     try:
         return trimesh.load_mesh(io.StringIO(cut_polygons(text)), file_type="obj", process=False)
     except GeometryError:

@@ -113,16 +113,16 @@ def test_facets_that_hardly_miss_each_other_are_one_surface(tmp_path: Path, apar
     [
         ("a.stl", "", "it is empty"),
         ("a.stl", "hello", "it is no STL file: it neither begins with `solid`"),
-        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "a face names a point that the file does not have"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n", "names a point that the file does not have"),
         (
             "a.obj",
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -9\n",
-            "a face names a point that the file does not have",
+            "names a point that the file does not have",
         ),
         (
             "a.obj",
             "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 9\n",
-            "a face names a point that the file does not have",
+            "names a point that the file does not have",
         ),
         ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3 x\n", "its points and faces are not all numbers"),
         ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 0 1 2\n", "line 4: a face names point 0; the first is 1"),

@@ -181,6 +181,12 @@ def test_what_is_wrong_is_named_with_its_line(tmp_path: Path, text: str, row: in
     assert f"{file}:{row}: " in str(error.value)
 
 
+def test_a_text_in_utf_16_is_read(tmp_path: Path) -> None:
+    file = tmp_path / "cube.cao"
+    file.write_text(find_target("cube").read_text(), encoding="utf-16")
+    assert len(load_model(file).faces) == 6
+
+
 def test_a_model_without_faces_and_lines_is_refused(tmp_path: Path) -> None:
     with pytest.raises(GeometryError, match="no faces, and no lines"):
         load_model(written(tmp_path, "V1\n2\n0 0 0\n1 0 0\n0\n0\n0\n"))

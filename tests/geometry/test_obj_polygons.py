@@ -104,3 +104,36 @@ def test_a_file_that_is_no_obj_file_is_told_so(tmp_path: Path) -> None:
     (tmp_path / "part.obj").write_bytes(b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR")
     with pytest.raises(GeometryError, match="it is not an OBJ file"):
         load_model(tmp_path / "part.obj")
+
+
+WIREFRAME = "v 0 0 0\nv 1 0 0\nv 1 1 0\nl 1 2/7 3 # an angle\nv 0 1 0\nl -2 -1\nl 4 4 1\n"
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])
+def test_lines_are_the_model_where_there_is_no_face(tmp_path: Path, encoding: str) -> None:
+    file = tmp_path / "part.obj"
+    file.write_text(WIREFRAME, encoding=encoding)
+    model = load_model(file)
+    assert {tuple(sorted(line)) for line in model.lines.tolist()} == {(0, 1), (1, 2), (2, 3), (0, 3)}
+    assert (model.faces, model.vertices.tolist()[2]) == ((), [1.0, 1.0, 0.0])
+    file.write_text(WIREFRAME + "f 1 2 3 4\n", encoding=encoding)
+    assert len(load_model(file).triangles) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("v 0 0 0\nl 1 2\n", "a face or line names a point that the file does not have"),
+        ("v 0 0 0\nl 1 -2\n", "a face or line names a point that the file does not have"),
+        ("v 0 0 0\nv 0 0 1\nl 1 x\n", "line 3: not all of it are numbers"),
+        ("v 0 0,0 0\nv 0 0 1\nl 1 2\n", "line 1: not all of it are numbers"),
+        ("v 0 0\nv 0 0 1\nl 1 2\n", "damaged"),
+        ("v 0 0 0\nl 1 1\n", "no faces"),
+        ("v 0 0 nan\nv 1 0 0\nl 1 2\n", "not finite"),
+    ],
+)
+def test_what_is_no_line_is_said(tmp_path: Path, text: str, said: str) -> None:
+    file = tmp_path / "part.obj"
+    file.write_text(text)
+    with pytest.raises(GeometryError, match=said):
+        load_model(file)
