@@ -113,6 +113,7 @@ prepare_module(Module) :-
              assertz((Module:Halt :- indigolog_loading:no_halt)) )),
     forall(older_axiom(Old, New),
            assertz(Module:term_expansion(Old, New))),
+    assertz((Module:term_expansion((:- include(File)), _) :- indigolog_loading:missing(File))),
     forall(theories_may_call(PI), Module:import(PI)).
 
 % Prolog would end, without a word, in the middle of a run.
@@ -120,6 +121,13 @@ prepare_module(Module) :-
 
 no_halt :-
     throw(error(golog(called_halt), _)).
+
+% Prolog would say so without file and line, and end the loading.
+:- public missing/1.
+
+missing(File) :-
+    absolute_file_name(File, _, [file_type(prolog), access(read)]),
+    fail.
 
 % Theories for the published evaluator of possible values (2005) write causes/4, and
 % senses/1 beside settles/5 and rejects/5, which say the same.

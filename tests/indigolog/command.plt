@@ -134,6 +134,16 @@ test(help_of_the_stepper, true == Said) :-
     run(['[inc, inc]', '--step'], "?\n", _, Output, _),
     said(Output, "exog ACTION (e)", Said).
 
+test(a_file_to_include_that_is_not_there,
+     [ setup(( tmp_file_stream(File, Stream, [encoding(utf8), extension(pl)]),
+               format(Stream, "proc(go, []).~n~n:- include(nowhere).~n", []),
+               close(Stream) )),
+       cleanup(delete_file(File)),
+       Status-true == 2-Said ]) :-
+    run_on(File, [go], "", Status, _, Errors),
+    format(string(Line), "~w:3:", [File]),
+    said(Errors, Line, Said).
+
 test(journal_and_back, [setup(tmp_file(journal, File)), cleanup(delete_file(File)),
                         First-Again-Replayed == "look\ninc\n2 actions.\n"-"look\ninc\n2 actions.\n"-"look\ninc\n2 actions.\n"]) :-
     Program = '[look, ?(door = open), inc]',
