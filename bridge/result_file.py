@@ -5,6 +5,7 @@ key that is missing has a default, one that is not known is left alone, and one 
 right type. The JSON Schema states what this version writes, and no other keys; docs/result.md explains them.
 """
 
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -177,9 +178,11 @@ def read_result(folder: Path) -> Result:
         if version in (None, FORMAT):
             return msgspec.json.decode(data, type=Result)
     except FileNotFoundError as error:
-        raise BadInput(
-            f"{folder}: no result.json in it;", "is it the run folder of a session that has ended?"
-        ) from error
+        hint = "is it the run folder of a session that has ended?"
+        if (folder / "history.pl").exists():
+            named = shlex.quote(str(folder))
+            hint = f"its session has not ended. Where it was killed, --resume {named} goes on."
+        raise BadInput(f"{folder}: no result.json in it;", hint) from error
     except OSError as error:
         raise BadInput(f"{file}: cannot be read ({error.strerror})") from error
     except msgspec.ValidationError as error:

@@ -38,7 +38,10 @@ def test_a_hundred_thousand_rows_are_drawn(tmp_path: Path) -> None:
     )  # fmt: skip
     assert len(table.finished()) == 100_000
     table.close()
+    page = write_page(tmp_path / "out", running=False)
+    assert "when it was running" not in page.read_text()
     page = write_page(tmp_path / "out", running=True)
+    assert "when it was running" in page.read_text()
     if shutil.which("node") is None:
         pytest.skip("node is not installed; the page's script was not run")
     done = subprocess.run(

@@ -93,6 +93,12 @@ def test_broken_results_are_named(tmp_path: Path, content: str | bytes | None, w
     assert "\n" not in str(caught.value)
 
 
+def test_a_session_that_was_killed_is_told_how_to_go_on(tmp_path: Path) -> None:
+    (tmp_path / "history.pl").touch()
+    with pytest.raises(BadInput, match=rf"has not ended\. Where it was killed, --resume {tmp_path} goes on"):
+        read_result(tmp_path)
+
+
 def test_a_result_is_read_whole(make_run: RunMaker) -> None:
     result = read_result(make_run())
     assert result.status == "converged"
