@@ -23,7 +23,7 @@ journal does not, so that the same session leaves the same journal.
 session_seconds([total-Total, controller-Controller, bridge-Bridge|Parts]) :-
     statistics(epoch, Start),
     get_time(Now),
-    Total is Now - Start,
+    Total is max(0.0, Now - Start),     % who sets the clock back makes no negative time
     seconds_spent(Waiting, Parts),
     foldl(add_part, Parts, 0.0, Served),
     Controller is max(0.0, Total - Waiting),

@@ -69,9 +69,7 @@ wait_for_report(_, _).
 written(Status) :-
     retract(writing(Pid)),
     report_seconds(Seconds),
-    get_time(Now),
-    Deadline is Now + Seconds,
-    ended_or_killed(Deadline, Pid, Status).
+    ended_or_killed(Seconds, Pid, Status).
 
 %!  drop_report is det.
 %

@@ -15,6 +15,7 @@
 
 :- use_module('../../bridge/prolog/client').
 :- autoload('../../bridge/prolog/keys', [client_keys/4]).
+:- use_module('../../bridge/prolog/zmq', [zmq_clock/1]).
 :- use_module(presence).
 :- use_module(library(apply), [maplist/2]).
 :- use_module(library(lists), [append/3, member/2, memberchk/2, sum_list/2]).
@@ -65,8 +66,8 @@ open_server(Name, Options) :-
 waiting(Name) :-
     (   connected_with(Options),
         option(waiting(Goal), Options)
-    ->  ( asked(Name, Op, Since) -> true ; Op = subscribe, get_time(Since) ),
-        get_time(Now),
+    ->  ( asked(Name, Op, Since) -> true ; Op = subscribe, zmq_clock(Since) ),
+        zmq_clock(Now),
         Seconds is Now - Since,
         findall(Server-Endpoint, may_have_to_answer(Name, Options, Server, Endpoint), Named),
         findall(Server, answered(Server), Answered),
@@ -119,7 +120,7 @@ close_connections :-
 
 ask(Server, Op, Args, Result) :-
     connection(Server, Client),
-    get_time(Now),
+    zmq_clock(Now),
     asserta(asked(Server, Op, Now), Asked),
     request_seconds(Server, Args, Seconds),
     catch(client_request(Client, Op, Args, Result0, [timeout(Seconds)]), Error, true),

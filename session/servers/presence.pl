@@ -8,6 +8,7 @@ A server that stands still, or works for long, is there.  What the servers of th
 */
 
 :- use_module('../../bridge/prolog/handshake', [somebody_listens/1]).
+:- use_module('../../bridge/prolog/zmq', [zmq_clock/1]).
 :- use_module(serving_processes, [serving_process/2]).
 :- use_module(library(lists), [member/2, memberchk/2]).
 
@@ -48,7 +49,7 @@ expect_socket(Endpoint, Seconds) :-
 expect_socket(_, _).
 
 look_for(Server, Endpoint, Gone) :-
-    get_time(Now),
+    zmq_clock(Now),
     (   look_s(Every),
         looked(Server, Last, _),
         Now - Last < Every

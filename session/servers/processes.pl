@@ -3,7 +3,7 @@
             check_alive/1,              % +Process
             stop_processes/1,           % +Processes
             kill_process/1,             % +Process
-            ended_or_killed/3           % +Deadline, +Pid, -Status
+            ended_or_killed/3           % +Seconds, +Pid, -Status
           ]).
 /** <module> The two servers as child processes
 
@@ -12,6 +12,7 @@ which then stops the servers in order.  Should the controller be killed outright
 they notice by themselves (`--parent`).
 */
 
+:- use_module('../../bridge/prolog/zmq', [zmq_clock/1]).
 :- use_module('../installation', [installation_python/1, installation_root/1]).
 :- autoload(library(apply), [exclude/3]).
 :- use_module(kept_servers, [kept_log/2, kept_running/2]).
@@ -64,7 +65,7 @@ last_line(LogFile, Line) :-
 %   A process that has ended already is left in peace.
 
 stop_processes(Processes) :-
-    get_time(Now),
+    zmq_clock(Now),
     Deadline is Now + 2,
     forall(member(Process, Processes), ask(Process)),
     forall(member(Process, Processes), insist(Process, Deadline)).
@@ -73,15 +74,18 @@ ask(process(_, Pid, _)) :-
     catch(process_kill(Pid, term), error(_, _), true).
 
 insist(process(_, Pid, _), Deadline) :-
-    catch(ended_or_killed(Deadline, Pid, _), error(_, _), true).
+    zmq_clock(Now),
+    catch(ended_or_killed(Deadline - Now, Pid, _), error(_, _), true).
 
-%!  ended_or_killed(+Deadline, +Pid, -Status) is det.
+%!  ended_or_killed(+Seconds, +Pid, -Status) is det.
 %
-%   Status of a process as process_wait/3 tells it, `timeout` for one that still ran at Deadline (get_time/1) and had to
-%   be killed.  A child that has not become a server yet, a copy of this process, loses a SIGTERM: so SIGKILL is not only
+%   Status of a process as process_wait/3 tells it, `timeout` for one that still ran after Seconds, an expression, and had
+%   to be killed.  A child that has not become a server yet, a copy of this process, loses a SIGTERM: so SIGKILL is not only
 %   for those that are stuck.
 
-ended_or_killed(Deadline, Pid, Status) :-
+ended_or_killed(Seconds, Pid, Status) :-
+    zmq_clock(Now),
+    Deadline is Now + Seconds,
     wait_until(Deadline, Pid, Status),
     (   Status == timeout
     ->  process_kill(Pid, kill),
@@ -92,7 +96,7 @@ ended_or_killed(Deadline, Pid, Status) :-
 %   process_wait/3 itself waits for ever when it is given a time that is not 0 (SWI-Prolog 9.0).
 wait_until(Deadline, Pid, Status) :-
     process_wait(Pid, Now, [timeout(0)]),
-    get_time(Time),
+    zmq_clock(Time),
     (   ( Now \== timeout ; Time >= Deadline )
     ->  Status = Now
     ;   sleep(0.002),
@@ -107,7 +111,7 @@ kill_process(process(_, Pid, _)) :-
     catch(ended_or_killed(0, Pid, _), error(_, _), true).
 kill_process(kept(_, Pid, Base)) :-
     catch(process_kill(Pid, kill), error(_, _), true),
-    get_time(Now),
+    zmq_clock(Now),
     most_dying_s(Most),
     Deadline is Now + Most,
     gone_by(Deadline, Base, Pid).
@@ -117,7 +121,7 @@ most_dying_s(2).                        % chosen by hand: it takes milliseconds
 %   It is no child of this process, which cannot wait for it.
 gone_by(Deadline, Base, Pid) :-
     (   kept_running(Base, Pid),
-        get_time(Now),
+        zmq_clock(Now),
         Now < Deadline
     ->  sleep(0.002),
         gone_by(Deadline, Base, Pid)

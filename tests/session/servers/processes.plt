@@ -1,6 +1,7 @@
 :- module(test_session_processes, []).
 :- use_module(library(plunit)).
 :- use_module(library(filesex), [delete_directory_and_contents/1]).
+:- use_module(library(prolog_wrap), [wrap_predicate/4]).
 :- use_module(library(process), [process_create/3, process_wait/2]).
 :- use_module(library(readutil), [read_line_to_string/2]).
 :- use_module('../../../session/servers/kept_servers').
@@ -12,6 +13,10 @@
 running(Pid) :-
     format(atom(Words), "/proc/~w", [Pid]),
     exists_directory(Words).
+
+an_hour_later(Time) :-
+    flag(test_session_hours, Hours, Hours + 1),
+    Time is 3600.0*Hours.
 
 %   As a server of another session: what has started it has ended.
 orphan(Base, Pid) :-
@@ -38,5 +43,13 @@ test(so_is_a_server_that_was_found, [ setup(( tmp_file(kept, Folder), make_direc
     await(kept_running(Base, Pid)),    % from when it has been loaded, it has its words
     kill_process(kept(image_server, Pid, Base)),
     assertion(\+ kept_running(Base, Pid)).
+
+% As where the clock is set, or a laptop was asleep: each time that it is asked it is an hour later.
+test(a_clock_that_is_set_takes_no_time_from_a_process,
+     [ setup(wrap_predicate(system:get_time(Time), an_hour_later, _, test_session_processes:an_hour_later(Time))),
+       cleanup(unwrap_predicate(system:get_time/1, an_hour_later)),
+       Status == exit(0) ]) :-
+    process_create(path(sleep), [0.1], [process(Pid)]),
+    ended_or_killed(60, Pid, Status).
 
 :- end_tests(processes).
