@@ -17,9 +17,10 @@ SOURCES = $(shell find $(ROOMS) -name '*.py')
 .DEFAULT_GOAL := help
 
 help:
-	@echo "make dock    run a session on the simulator (options: make dock ARGS='--seed 7')"
-	@echo "make test    run every test (test-quick: without the slow ones; coverage: which lines they run)"
-	@echo "make test-v4l2  the camera against a real kernel driver, in a guest (a few minutes)"
+	@echo "make dock    run a session on the simulator (make dock ARGS='--seed 7')"
+	@echo "make test    run every test; test-quick: without the slow ones,"
+	@echo "             test-v4l2: the camera against a real kernel driver, in a guest,"
+	@echo "             coverage: which lines the Python tests run"
 	@echo "make bench   measure; one JSON object a line"
 	@echo "make api     pages from docstrings and PlDoc, into build/api"
 	@echo "make docs    the documentation as a site, into build/site"

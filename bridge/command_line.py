@@ -76,8 +76,7 @@ def _run_command(name: str, about: str, commands: Mapping[str, str], words: Sequ
     installed = name.replace("_", "-")
     program = installed if Path(sys.argv[0]).name == installed else f"python -m {name}"
     if not words or words[0] in ("-h", "--help"):
-        listed = "\n".join(f"  {command:<16}{summary}" for command, summary in commands.items())
-        print(f"Usage: {program} COMMAND ...\n\n{about}\n\nCommands:\n{listed}")
+        print(f"Usage: {program} COMMAND ...\n\n{about}\n\nCommands:\n{listed(commands)}")
         print(f"\n{program} COMMAND --help tells more.")
         return 0 if words else EXIT_BAD_INPUT
     if words[0] == "--version":
@@ -98,6 +97,18 @@ def _run_command(name: str, about: str, commands: Mapping[str, str], words: Sequ
     except SystemExit as end:  # help, or what cannot be read, is written
         return EXIT_BAD_INPUT if end.code else 0
     return command.run(options) or 0
+
+
+def listed(commands: Mapping[str, str]) -> str:
+    """Commands and what is said of each, no wider than the terminal."""
+    from shutil import get_terminal_size
+    from textwrap import fill
+
+    width = max(get_terminal_size().columns, 40)
+    return "\n".join(
+        fill(about, width, initial_indent=f"  {name:<16}", subsequent_indent=18 * " ", break_on_hyphens=False)
+        for name, about in commands.items()
+    )
 
 
 def new_parser(program: str, about: str) -> ArgumentParser:

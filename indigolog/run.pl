@@ -136,19 +136,21 @@ value('a whole number from 0', Text, N) :-
     catch(atom_number(Text, N), _, fail),
     integer(N), N >= 0.
 
-usage('usage: swipl indigolog/run.pl -- THEORY PROGRAM [--offline|--online|--step] [OPTION...]
+usage('usage: swipl indigolog/run.pl -- THEORY PROGRAM
+             [--offline|--online|--step] [OPTION...]
 
 Runs PROGRAM, a Golog program (one Prolog term, in quotes), of the theory file
 THEORY. Executed actions are printed one a line, then "N actions.".
 
   --offline         find a complete execution before printing it (default)
-  --online          execute step by step; without execute/2 and exog_occurs/1 in the
-                    theory, sensing results, and exogenous actions where the program
-                    waits for one, are asked for on the terminal
+  --online          execute step by step; without execute/2 and exog_occurs/1 in
+                    the theory, sensing results, and exogenous actions where the
+                    program waits for one, are asked for on the terminal
   --step            step through the program by hand; ? lists the commands
   --max-actions N   give up after N actions
   --max-silent N    an error after N steps without an action (100000)
-  --max-wait S      an error when no exogenous action has arrived for S seconds, online
+  --max-wait S      an error when no exogenous action has arrived for S seconds,
+                    online
   --explain         say what was in the way when there is no complete execution
   --trace           say on stderr what happens and what plans search finds
   --seed N          of random choices, online

@@ -7,7 +7,7 @@ from contextlib import closing, suppress
 from functools import partial
 from pathlib import Path
 
-from bridge.command_line import new_parser, status_of, whole_number
+from bridge.command_line import listed, new_parser, status_of, whole_number
 from bridge.lifeline import leave, leave_at_signals
 from numerics.memory import collect_rarely
 
@@ -24,8 +24,8 @@ def main() -> int:
     command = words[0] if words[:1] in (["live"], ["whatif"]) else ""
     parser = new_parser(f"python -m report {command}".strip(), ABOUT[command])
     if not command:
-        listed = "".join(f"\n  {name:<16}{about}" for name, about in ABOUT.items() if name)
-        parser.epilog = f"Commands:{listed}\n\npython -m report COMMAND --help tells more."
+        commands = {name: about for name, about in ABOUT.items() if name}
+        parser.epilog = f"Commands:\n{listed(commands)}\n\npython -m report COMMAND --help tells more."
         parser.formatter_class = RawDescriptionHelpFormatter
     parser.add_argument("run_folder", type=Path, metavar="RUN_FOLDER", help="Run folder of a session.")
     if not command:

@@ -28,7 +28,7 @@ known(stack, atom, 'DIR', "Replay a folder of recorded light stacks instead of s
 known(camera, atom, 'DEV_OR_TOML', "Use a V4L2 camera: its device, such as /dev/video0, or its TOML file").
 known(lights, atom, 'DEV_OR_TOML',
       "With --camera: serial device of the lights, such as /dev/ttyUSB0, or their TOML file").
-known(camera_model, atom, 'TOML', "TOML file with [camera], used before what the image server has").
+known(camera_model, atom, 'FILE', "File with [camera], or of OpenCV, ROS, Kalibr or ViSP; before what the image server has").
 known(seed_pose, atom, 'TOML', "TOML file with [target.seed_pose], used before the image server's").
 known(first_sight, boolean, '', "Look for the target everywhere, whatever seed pose is known").
 known(image_server, atom, 'ENDPOINT', "Use a running image server, e.g. tcp://127.0.0.1:5555").
@@ -73,7 +73,7 @@ opt_help(Name, Help) :-
         format(atom(Help), Text, [Listed])
     ;   Help = Text
     ).
-opt_help(help(footer), "\nExit status: 0 pose found, 3 finished without reaching the threshold, 2 bad usage or input,\n4 a device or server failed for good, 130/143 stopped by Ctrl-C/SIGTERM.\n").
+opt_help(help(footer), "\nExit status: 0 pose found, 3 finished without reaching the threshold,\n2 bad usage or input, 4 a device or server failed for good,\n130/143 stopped by Ctrl-C/SIGTERM.\n").
 
 %   An approach ends where a cube fills the frame: the fixture still shows edges there.
 defaults(Given, [target(fixture), scenario(approach)|Defaults]) :-

@@ -15,7 +15,15 @@ from typing import get_args
 
 import pytest
 
-from bridge.command_line import EXIT_READER_GONE, MOST_SEED, counted, number, run_command, whole_number
+from bridge.command_line import (
+    EXIT_READER_GONE,
+    MOST_SEED,
+    counted,
+    listed,
+    number,
+    run_command,
+    whole_number,
+)
 from bridge.errors import BadInput, DeviceError
 from bridge.messages import Seed
 
@@ -160,3 +168,10 @@ def test_every_option_says_what_it_does(program: str) -> None:
 
 def test_so_many() -> None:
     assert (counted(1, "image"), counted(2, "image")) == ("1 image", "2 images")
+
+
+def test_a_list_of_commands_is_as_wide_as_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "50")
+    lines = listed({"one": "Do " + 9 * "one thing ", "other": "Do all-that-is-long."}).splitlines()
+    assert max(map(len, lines)) <= 50
+    assert [line[:18].strip() for line in lines] == ["one", *(len(lines) - 2) * [""], "other"]
