@@ -16,6 +16,7 @@ UNDISTORT_ITERATIONS = 30  # at most, chosen by hand: it ends at the tolerance
 UNDISTORT_TOLERANCE = 1e-12  # in normalised image coordinates
 COEFFICIENT_COUNTS = {"pinhole": (5, 8, 12), "fisheye": (4,)}
 MOST_FISHEYE_RAD = 1.4  # from its axis (80 degrees), to which a fisheye is used: beyond, no plane holds it
+LEAST_FX = 0.125  # of the width: a lens of 152 degrees, which only a fisheye is (by hand)
 MOST_PX = 1e6  # of focal lengths and principal points: far beyond lenses on large sensors
 FISHEYE_HALVINGS = 48  # of that angle: to 1e-14 rad
 MOST_APART_PX = 1.0  # between a point of the border and where the ideal point that was found is seen
@@ -195,8 +196,8 @@ class Camera:
 
         Raises
         ------
-        GeometryError : a missing key, a value that is not a number, one beyond MOST_PX; a distortion that
-            cannot be undone within the frame.
+        GeometryError : a missing key, a value that is not a number, one beyond MOST_PX; fx that is
+            too small for the width; a distortion that cannot be undone within the frame.
         """
         table = data.get("camera", data)
         missing = [key for key in ("width", "height", "fx", "fy", "cx", "cy") if key not in table]
@@ -214,6 +215,11 @@ class Camera:
         for name, value in (("fx", fx), ("fy", fy), ("cx", cx), ("cy", cy)):
             if math.isfinite(value) and abs(value) > MOST_PX:
                 raise GeometryError(f"camera {name} must be at most {MOST_PX:g} px, got {value:g}")
+        if lens == "pinhole" and 0.0 < fx < LEAST_FX * width:
+            raise GeometryError(
+                f"camera fx is {fx:g} px of a frame {width} px wide, which no pinhole camera sees. It is the"
+                " focal length in px: that in mm over the size of a pixel in mm"
+            )
         if lens == "pinhole" and len(coefficients) == 4:
             coefficients = (*coefficients, 0.0)
         if lens == "fisheye" and coefficients == cls.distortion:  # it was not told

@@ -77,6 +77,7 @@ def test_no_distortion_may_be_left_out() -> None:
         ({"fx": 1e300}, "fx must be at most"),
         ({"cy": -1e7}, "cy must be at most"),
         ({"fx": 10**400}, "needs numbers"),
+        ({"fx": 8.0}, "no pinhole camera sees. It is the focal length in px"),
     ],
 )
 def test_bad_values_are_refused(change: dict[str, object], message: str) -> None:

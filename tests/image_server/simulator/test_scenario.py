@@ -153,7 +153,7 @@ def test_a_range_that_grows_beyond_all_bounds_with_the_target_is_refused(tmp_pat
 @pytest.mark.parametrize("seed", [1, 2])
 def test_a_focal_length_in_mm_is_told(tmp_path: Path, seed: int) -> None:
     file = tmp_path / "mine.toml"
-    file.write_text("[camera]\nfx = 12.0\n")
+    file.write_text("[camera]\nwidth = 64\nheight = 48\nfx = 12.0\n")
     with pytest.raises(BadInput, match=r"\[camera\] fx is 12 px: .* behind the camera. fx is no focal"):
         Simulator("cube", str(file), seed=seed)
 
@@ -170,6 +170,13 @@ def test_a_target_that_is_not_seen_is_told(tmp_path: Path, text: str, message: s
     file = tmp_path / "mine.toml"
     file.write_text(text)
     with pytest.raises(BadInput, match=message):
+        Simulator("cube", str(file))
+
+
+def test_a_focal_length_that_does_not_fit_the_width_is_the_scenarios(tmp_path: Path) -> None:
+    file = tmp_path / "mine.toml"
+    file.write_text("[camera]\nfx = 60.0\n")
+    with pytest.raises(BadInput, match="The scenario's camera fx is 60 px of a frame 640 px wide"):
         Simulator("cube", str(file))
 
 
