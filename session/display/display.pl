@@ -169,8 +169,9 @@ session_message(hold_done(reached)) -->
     [ ansi([bold, fg(green)], '  contact range reached with a trusted pose', []) ].
 session_message(hold_done(aborted)) -->
     [ ansi([bold, fg(red)], '  approach aborted: no pose to be trusted here', []) ].
-session_message(no_report(Status)) -->
-    [ 'report.html was not written (~w); try: .venv/bin/python -m report RUN_FOLDER'-[Status] ].
+session_message(no_report(Folder, Status)) -->
+    { shell_word(Folder, Word) },
+    [ 'report.html was not written (~w); try: .venv/bin/python -m report ~w'-[Status, Word] ].
 session_message(farther(Program)) -->
     [ '  the target is too large for these:' ], planned(Program).
 session_message(hold(Range)) -->

@@ -62,7 +62,7 @@ wait_for_report(Options, Folder) :-
     (   Status == exit(0)
     ->  run_file(Folder, 'report.html', File),
         show(Options, report(File))
-    ;   print_message(warning, session(no_report(Status)))
+    ;   print_message(warning, session(no_report(Folder, Status)))
     ).
 wait_for_report(_, _).
 

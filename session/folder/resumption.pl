@@ -170,7 +170,8 @@ page_words(Folder, Words) :-
     run_file(Folder, 'report.html', File),
     (   exists_file(File)
     ->  Words = ''
-    ;   Words = ', and .venv/bin/python -m report RUN_FOLDER writes its page'
+    ;   shell_word(Folder, Word),
+        format(atom(Words), ", and .venv/bin/python -m report ~w writes its page", [Word])
     ).
 
 %!  again_options(+Given, +Folder, -Options) is det.

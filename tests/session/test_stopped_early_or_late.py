@@ -66,9 +66,9 @@ def test_what_was_found_is_kept_and_the_session_can_go_on(
     assert resumed.returncode == 0, resumed.stderr
     whole = json.loads((out / "result.json").read_text())
     assert (whole["status"], whole["iterations"], whole["pose"]) == ("converged", 2, result["pose"])
-    assert "is finished; its outcome is in result.json there, and .venv/bin/python -m report" in " ".join(
-        refused("--resume", out).split()
-    )
+    finished = " ".join(refused("--resume", out).split())
+    page = f".venv/bin/python -m report {out} writes its page"
+    assert f"is finished; its outcome is in result.json there, and {page}" in finished
 
 
 @pytest.mark.parametrize(("sent", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])

@@ -32,6 +32,9 @@ test(the_target_is_named_where_it_is_known, [forall(member(Shows-Begin, [ target
     shown(begin(plan{controller:greedy, shows:Shows, seed:1, program:session}, run), Text).
 test(who_is_waited_for, true(Text == "  waiting for the servers to start ...")) :-
     shown(waiting(vision_server, start), Text).
+test(a_page_that_was_not_written_is_by_the_command_that_is_said,
+     true(Text == "report.html was not written (timeout); try: .venv/bin/python -m report 'my run'")) :-
+    shown(no_report('my run', timeout), Text).
 test(small_merits_are_told_apart, [forall(member(Px-Expected, [0-'0.00', 0.00384-'0.0038', 0.1-'0.10', 12.345-'12.35'])),
                                    true(Words == Expected)]) :-
     merit_words(Px, Words).
