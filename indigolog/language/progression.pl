@@ -8,7 +8,7 @@
 /** <module> What actions do to situations */
 
 :- use_module(library(apply), [exclude/3, foldl/4]).
-:- use_module(library(lists), [list_to_set/2, member/2]).
+:- use_module(library(lists), [list_to_set/2, member/2, nth1/3, same_length/2]).
 :- use_module(formula, [evaluate/3, holds_in/2, true_in/2]).
 :- use_module(initial, [declared_instance/3]).
 :- use_module(knowledge, [in_some_worlds/3, possible_instance/3]).
@@ -74,38 +74,48 @@ effects_certain(e(F, _), Theory) :-
 % looked up in Situation.
 
 apply_effects(Effects, Action, Situation, Values0, Values, Open0, Open) :-
-    first_effects(Effects, [], Action, Situation, Firsts, Opens),
+    uncovered_effects(Effects, [], Action, Situation, Pairs, Opens),
+    first_of_each(Pairs, Firsts),
     (   Opens == []
     ->  Open = Open0,
         Values1 = Values0
     ;   Open = [open(Opens, Situation)|Open0],
         stored_pairs(Values0, Pairs0),
-        exclude(covered(Opens), Pairs0, Pairs),
-        values_of_pairs(Pairs, Values1)
+        exclude(covered(Opens), Pairs0, Kept),
+        values_of_pairs(Kept, Values1)
     ),
     foldl(store_pair, Firsts, Values1, Values).
 
-% first_effects(+Effects, +Before, +Action, +Situation, -Pairs, -Opens): Before come before Effects.
-first_effects([], _, _, _, [], []).
-first_effects([E|Es], Before, Action, Situation, Pairs, Opens) :-
+% uncovered_effects(+Effects, +Before, +Action, +Situation, -Pairs, -Opens): Before are those on all instances that come
+% before Effects.
+uncovered_effects([], _, _, _, [], []).
+uncovered_effects([E|Es], Before, Action, Situation, Pairs, Opens) :-
     (   E = open(_, _, _)
     ->  Opens = [E|Opens1],
-        Pairs = Pairs1
+        uncovered_effects(Es, [E|Before], Action, Situation, Pairs, Opens1)
     ;   E = F-V,
         ( ground(F-V) -> true ; throw(error(golog(effect_not_ground(Action, F, V)), _)) ),
-        (   member(Earlier, Before),
-            sets(Earlier, F, Situation)
+        (   member(Open, Before),
+            sets(Open, F, Situation)
         ->  Pairs = Pairs1
         ;   Pairs = [E|Pairs1]
         ),
-        Opens = Opens1
-    ),
-    first_effects(Es, [E|Before], Action, Situation, Pairs1, Opens1).
+        uncovered_effects(Es, Before, Action, Situation, Pairs1, Opens)
+    ).
 
-sets(F-_, G, _) :-
-    F == G.
 sets(open(Pattern, _, Condition), F, Situation) :-
     \+ \+ ( Pattern = F, holds_in(Condition, Situation) ).
+
+% first_of_each(+Pairs, -Firsts): of those with one key the first, in the order of Pairs.
+first_of_each(Pairs, Firsts) :-
+    sort(1, @<, Pairs, Sorted),
+    (   same_length(Sorted, Pairs)
+    ->  Firsts = Pairs
+    ;   findall(t(F, N, V), nth1(N, Pairs, F-V), Numbered),
+        sort(1, @<, Numbered, Unique),
+        sort(2, @<, Unique, Ordered),
+        findall(F-V, member(t(F, _, V), Ordered), Firsts)
+    ).
 
 covered(Opens, Fluent-_) :-
     member(open(Pattern, _, _), Opens),

@@ -76,6 +76,21 @@ test(after_calls_of_itself, true(Many < 1.2*Few)) :-
     per_program(100, Few),
     per_program(400, Many).
 
+% An action that sets many fluents costs no more for each than one that sets few, whether or not two axioms speak of the same.
+test(many_effects, [forall(member(Again, ["", "causes_val(reset, seen(C), true, cell(C))."])), true(Many < 1.5*Few)]) :-
+    per_effect(Again, 100, Few),
+    per_effect(Again, 2000, Many).
+
+per_effect(Again, N, Cost) :-
+    format(codes(Text), "cell(C) :- between(1, ~d, C). fun_fluent(seen(C)) :- cell(C). initially(seen(_), true).
+                         prim_action(reset). poss(reset, true). causes_val(reset, seen(C), false, cell(C)). ~s", [N, Again]),
+    load(Text),
+    run(offline, reset),
+    statistics(inferences, Before),
+    run(offline, reset),
+    statistics(inferences, After),
+    Cost is (After-Before)/N.
+
 % All ten thousand have been set; what is set often costs hardly more than alone.
 test(beside_ten_thousand_that_are_set, true(Many < 1.15*Few)) :-
     count(Count),

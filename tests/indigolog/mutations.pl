@@ -72,8 +72,8 @@ mutation('an inner variable is not hidden', substitution,
          "hides(pi(V, E),           X, D, pi(W, E), D1)           :- binds(V, X, D, W, D1).\n",
          "").
 mutation('the last axiom counts, not the first', progression,
-         "            sets(Earlier, F, Situation)\n",
-         "            sets(Earlier, F, Situation), fail\n").
+         "        sort(1, @<, Numbered, Unique),\n",
+         "        sort(2, @>, Numbered, Latest), sort(1, @<, Latest, Unique),\n").
 mutation('an effect on all instances does not count before one on one', progression,
          "sets(open(Pattern, _, Condition), F, Situation) :-\n",
          "sets(open(Pattern, _, Condition), F, Situation) :-\n    fail,\n").
