@@ -121,7 +121,8 @@ request_of_all(Request) :-
 %   Tell a run of an exogenous action: the run of this thread, the only one if it has none,
 %   or the one of that Name.  May be called from any thread.
 %
-%   @error golog(nothing_runs(Action)), golog(several_runs(Action)), golog(open_event(Action))
+%   @error golog(nothing_runs(Action)), golog(several_runs(Action)), golog(open_event(Action)),
+%          golog(no_event(Action))
 
 report_exogenous(Action) :-
     (   own_run(Run)
@@ -149,10 +150,14 @@ report(Run, Action) :-
 
 %!  known_event(+Action) is det.
 %
-%   @error golog(open_event(Action)) if Action is not ground: what happened is not known then
+%   @error golog(open_event(Action)) if Action is not ground: what happened is not known then;
+%          golog(no_event(Action)) if it is a list or a number, which no action is
 
 known_event(Action) :-
-    (   ground(Action)
+    (   \+ ground(Action)
+    ->  throw(error(golog(open_event(Action)), _))
+    ;   callable(Action),
+        \+ is_list(Action)
     ->  true
-    ;   throw(error(golog(open_event(Action)), _))
+    ;   throw(error(golog(no_event(Action)), _))
     ).

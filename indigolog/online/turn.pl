@@ -203,7 +203,7 @@ taken_in(X, A, T0, T) :-
         set_situation_of_turn(S1, T0, T),
         happened(exogenous(N, A), A, X, T)
     ;   setting_undeclared(X, Told),
-        generalised(A, Like),
+        ( callable(A) -> generalised(A, Like) ; Like = A ),
         warn_once(Told, Like, golog(undeclared_event(A))),
         T = T0
     ).

@@ -53,6 +53,15 @@ test(what_is_open_in_an_error, History == [failed(look, lost(look, '_'))]) :-
 test(reported_by_a_thread, error(golog(open_event(numbered(_))))) :-
     run(inc, [], none, [device(says), on_action([_, _]>>report_exogenous(numbered(_)))]).
 
+test(reported_together, [forall(member(Events, [[bump], [], 3])), error(golog(no_event(Events)))]) :-
+    run(inc, [], none, [device(says), on_action({Events}/[_, _]>>report_exogenous(Events))]).
+
+% A device gives a list of them, and a list in it is none.
+test(no_action_at_all, [forall(member(Event-Told, [3-3, []-[], [bump]-'[|]'(_, _)])), true(subsumes_term(Told, Ignored))]) :-
+    retractall(test_indigolog_border:ignored(_)),
+    run([inc, wait], [Event], none, [device(says), max_wait(60)]),
+    findall(A, test_indigolog_border:ignored(A), [Ignored]).
+
 test(exogenous_action_of_a_theory, [setup(load_text("prim_action(a). poss(a, true). exog_action(b(_)). exog_occurs(b(_)).
                                                      execute(_, _).")),
                                     cleanup(load), error(golog(open_event(b(_))), golog(world(exog_occurs(_)), _))]) :-
