@@ -11,6 +11,7 @@
 :- use_module(library(lists), [member/2]).
 :- use_module(library(memfile), [free_memory_file/1, new_memory_file/1, open_memory_file/4]).
 :- use_module(compiled, [compile_axioms/1]).
+:- use_module(directives, [missing/3]).
 :- use_module(published, []).
 :- use_module(theory).
 
@@ -113,8 +114,15 @@ prepare_module(Module) :-
              assertz((Module:Halt :- indigolog_loading:no_halt)) )),
     forall(older_axiom(Old, New),
            assertz(Module:term_expansion(Old, New))),
-    assertz((Module:term_expansion((:- include(File)), _) :- indigolog_loading:missing(File))),
-    forall(theories_may_call(PI), Module:import(PI)).
+    assertz((Module:term_expansion((:- include(File)), _) :- indigolog_loading:not_there(File))),
+    assertz((Module:term_expansion((:- Goal), []) :- indigolog_loading:refused(Goal, Module))),
+    forall(theories_may_call(PI), indigolog_published:import(PI)).
+
+:- public refused/2.
+
+refused(Goal, Module) :-
+    missing(Goal, Module, Missing),
+    print_message(error, golog(directive(Missing))).
 
 % Prolog would end, without a word, in the middle of a run.
 :- public no_halt/0.
@@ -123,9 +131,9 @@ no_halt :-
     throw(error(golog(called_halt), _)).
 
 % Prolog would say so without file and line, and end the loading.
-:- public missing/1.
+:- public not_there/1.
 
-missing(File) :-
+not_there(File) :-
     absolute_file_name(File, _, [file_type(prolog), access(read)]),
     fail.
 

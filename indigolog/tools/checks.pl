@@ -21,6 +21,7 @@ A problem is problem(Kind, File, Line, What); Kind is `error` or `warning`.
 :- use_module(misspelt_axioms, [misspelt_axiom/3]).
 :- use_module(negated_variables, [negated_variable/3]).
 :- use_module(program_checks).
+:- use_module(undefined_calls, [undefined_call/3]).
 :- use_module(unused_clauses, [unused_clause/4]).
 :- use_module('../language/semantics', [construct/2]).
 :- use_module('../language/theory').
@@ -120,10 +121,9 @@ theory_problem(Theory, Module, warning, What, Ref) :-
     \+ sensed_template(Theory, G),
     (   \+ clause(Module:initially(G, _), _)
     ->  What = no_initial(G)
-    ;   limit(1000, catch(Module:Body, _, fail)),
-        ground(F0),
-        \+ Module:initially(F0, _),
-        !,
+    ;   once(( limit(1000, catch(Module:Body, _, fail)),
+               ground(F0),
+               \+ Module:initially(F0, _) )),
         What = no_initial_value(F0)
     ).
 theory_problem(Theory, Module, warning, two_values(F, V, First), Ref) :-
@@ -184,6 +184,8 @@ theory_problem(_, Module, warning, misspelt(Name/Arity, Meant), Ref) :-
     misspelt_axiom(Module, Name/Arity, Meant),
     functor(Head, Name, Arity),
     once(clause(Module:Head, _, Ref)).
+theory_problem(Theory, _, warning, undefined_call(PI), Ref) :-
+    undefined_call(Theory, PI, Ref).
 theory_problem(_, Module, warning, negated_variable(in(Label, []), V, Negation), Ref) :-
     ( condition(Head, Label, Term) ; Head = proc(Label, Term) ),
     clause(Module:Head, _, Ref),

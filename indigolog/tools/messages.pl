@@ -6,7 +6,7 @@
 :- use_module('../language/history', [history_situation/2, own_step/1]).
 :- use_module(explain, [why/3]).
 :- use_module(explanation_text, [explanations//1, shown_program/2]).
-:- use_module(problem_texts, [hint//1, problem//1]).
+:- use_module(problem_texts, [hint//1, problem//1, step_hint//1]).
 
 :- multifile prolog:message//1, prolog:error_message//1.
 
@@ -100,6 +100,13 @@ message(no_answer_of(Answer, Results)) -->
     [ '~q is not one of ~w'-[Answer, Text] ].
 message(open_answer(Answer)) -->
     [ '~p has variables in it; a ground term, please'-[Answer] ].
+message(directive(Missing)) -->
+    (   { Missing = file(File) }
+    ->  [ 'there is no file ~q'-[File] ]
+    ;   { Missing = predicate(PI) },
+        [ 'there is no ~q'-[PI] ]
+    ),
+    [ '; a directive that loads an interpreter is to be left out, this one is here already'-[] ].
 message(no_term(Text)) -->
     [ '~w: not a Prolog term; once more, please'-[Text] ].
 message(undeclared_event(A)) -->
@@ -141,7 +148,7 @@ error_text(search_depth(N)) -->
 error_text(unknown_action(A)) -->
     { functor(A, Name, Arity) },
     [ '~q is neither an action nor a procedure of the theory (~q)'-[Name/Arity, A] ],
-    hint(A).
+    step_hint(A).
 error_text(unknown_entry(A)) -->
     [ '~p in a history is not an action of the theory'-[A] ],
     ( { callable(A) } -> hint(A) ; [] ).
@@ -207,6 +214,7 @@ said(not_boolean_result(A, F, R), '~q sensed ~q, but ~q, which it senses, is tru
 said(nothing_sensed(A), 'no sensing result was given for ~q', [A]).
 said(open_result(A), 'the sensing result that was given for ~q has variables in it', [A]).
 said(open_event(A), 'the exogenous action ~p is not ground', [A]).
+said(no_event(A), '~p is told where an exogenous action must be: one each time, and not in a list', [A]).
 said(no_events(D, nothing), 'device ~q: its exogenous/1 failed; with nothing to report it gives []', [D]).
 said(no_events(D, As), 'device ~q reports ~p: its exogenous/1 gives a list of ground actions', [D, As]).
 said(no_theory, 'No theory is loaded: call load_theory(File) first', []).

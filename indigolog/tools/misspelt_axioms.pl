@@ -17,8 +17,11 @@ misspelt_axiom(Module, Name/Arity, Meant/Arity) :-
     functor(Head, Name, Arity),
     \+ predicate_property(Module:Head, imported_from(_)),
     theory_predicate(Meant/Arity),
-    dwim_match(Meant, Name),
+    ( named_elsewhere(Name, Meant) -> true ; dwim_match(Meant, Name) ),
     \+ used(Module, Name/Arity).
+
+% Other Golog interpreters (Levesque et al. 1997, Reiter 2001) read axioms by these names.
+named_elsewhere(primitive_action, prim_action).
 
 % Some clause, but for those of Name/Arity itself, speaks of it.
 used(Module, Name/Arity) :-

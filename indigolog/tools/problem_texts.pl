@@ -1,10 +1,12 @@
 :- module(indigolog_problem_texts,
           [ problem//1,               % +What
-            hint//1                   % +Term
+            hint//1,                  % +Term
+            step_hint//1              % +Program
           ]).
 /** <module> What is said of a mistake in a theory or a program */
 
 :- use_module(library(apply), [maplist/2, maplist/3]).
+:- use_module(formula_parts, [is_formula/2]).
 :- use_module(program_checks, [near_miss/3]).
 :- use_module('../language/theory', [current_theory/1]).
 
@@ -18,12 +20,15 @@ problem(What) -->
     { maplist(argument, Args0, Args) },
     inside(In),
     [ Format-Args ],
-    ( { meant(What, Term) } -> hint(Term) ; [] ).
+    (   { What = unknown_call(_, E) }
+    ->  step_hint(E)
+    ;   { meant(What, Term) }
+    ->  hint(Term)
+    ;   []
+    ).
 problem(kept_variable(In, Part)) -->
     inside(In),
-    { copy_term(Part, Shown),
-      term_variables(Shown, Variables),
-      maplist(=('$VAR'('_')), Variables) },
+    { anonymous(Part, Shown) },
     [ 'a variable in ~W keeps in every round of the loop the value of the first: bind it with pi or some'-
           [Shown, [quoted(true), numbervars(true)]] ].
 problem(unused_clause(In, clause(File, Line))) -->
@@ -49,6 +54,12 @@ problem(recursion(Kind, Name, Path)) -->
     ->  [ ': not all is found that may follow such a call; one after the action finds it'-[] ]
     ;   []
     ).
+
+% anonymous(+Term, -Shown): its variables are underscores, where it is printed with ~p.
+anonymous(Term, Shown) :-
+    copy_term(Term, Shown),
+    term_variables(Shown, Variables),
+    maplist(=('$VAR'('_')), Variables).
 
 argument('$pi'(Term), Shown) =>
     functor(Term, Name, Arity),
@@ -98,8 +109,10 @@ taken for the variable', [V, Where]) :-
     value_place(Value, Where).
 said(unused(In, Construct, V), In, '~w binds ~q, which is not used', [Construct, V]).
 said(no_poss(A), none, 'action ~q has no precondition axiom and will never be possible', ['$pi'(A)]).
-said(no_initial(F), none, 'fluent ~q has no initial value', ['$pi'(F)]).
-said(no_initial_value(F), none, 'fluent ~q has no initial value', [F]).
+said(no_initial(F), none, 'fluent ~q has no initial value: initially(~p, Value) gives it one', ['$pi'(F), Shown]) :-
+    anonymous(F, Shown).
+said(no_initial_value(F), none, 'fluent ~q has no initial value: initially(~q, Value) gives it one', [F, F]).
+said(undefined_call(PI), none, '~q is called here and not defined', [PI]).
 said(misspelt(Name, Meant), none, '~q is used nowhere, and is no axiom: ~q may be meant', [Name, Meant]).
 said(two_kinds(F), none, 'fluent ~q is declared relational and functional', ['$pi'(F)]).
 said(two_uses(P), none, 'procedure ~q has the name of an action or a fluent, and hides it', ['$pi'(P)]).
@@ -121,7 +134,6 @@ value_place(clause(File, Line), Where) :-
 meant(unknown_action(_, A), A).
 meant(unknown_event(A), A).
 meant(unknown_fluent(_, F), F).
-meant(unknown_call(_, Call), Call).
 meant(unknown_formula(_, P), P).
 meant(unknown_assigned(_, _, F), F).
 
@@ -149,6 +161,20 @@ hint(Term) -->
     ;   []
     ).
 
+%!  step_hint(+Program)// is det.
+%
+%   The same where Program is to make a step; it may be a formula, too.
+step_hint(E) -->
+    (   { current_theory(Theory),
+          \+ in_golog(E, _),
+          \+ near_miss(Theory, E, _),
+          is_formula(E, Theory) }
+    ->  { anonymous(E, Shown) },
+        [ '; ?(~p) tests it, or calls the predicate'-[Shown] ]
+    ;   hint(E)
+    ).
+
+in_golog(true, 'nothing to do is []').
 in_golog((_, _), 'a sequence is a list, [E, F]').
 in_golog((_ -> _ ; _), 'that is if(P, E, F)') :- !.
 in_golog((_ ; _), 'a choice is ndet(E, F)').

@@ -5,6 +5,7 @@
 :- use_module(library(lists), [append/3, last/2, member/2, permutation/2, reverse/2]).
 :- use_module(library(process), [process_create/3, process_wait/2]).
 :- use_module('../../indigolog/indigolog').
+:- use_module(theory_text).
 
 /** <module> Theories in the published style run as they are, from the command line and from Prolog */
 
@@ -121,6 +122,12 @@ test(possible_values, [forall(member(Felt-Actions,
                        Status-Lines == 0-Actions]) :-
     path('theories/caves.pl', Theory),
     command([Theory, control, '--online'], [], Felt, Status, Lines).
+
+% What a theory may call, it may also define.
+test(own_world, [setup(load_text("prim_action(up). poss(up, true). fun_fluent(seen). senses(up, seen).
+                                  ask_execute(up, 7). execute(A, R) :- ask_execute(A, R).
+                                  ask_exog_occurs(_) :- fail. exog_occurs(A) :- ask_exog_occurs(A)."))]) :-
+    indigolog([up, ?(seen = 7)]).
 
 test(random_order, L == [1, 2, 3, 4]) :-
     path('theories/caves.pl', Theory),

@@ -149,6 +149,32 @@ written(Folder, Name, Text, File) :-
     atomic_list_concat([Folder, /, Name], File),
     setup_call_cleanup(open(File, write, Stream), write(Stream, Text), close(Stream)).
 
+% A fluent without a value hides nothing else.
+test(each_is_said, Lines == ["warning, line 1: fluent door(b) has no initial value: initially(door(b), Value) gives it one",
+                             "error, line 3: causes_val/3 has the wrong number of arguments: it is causes_val/4"]) :-
+    printed(["fun_fluent(door(D)) :- member(D, [a, b]). initially(door(a), shut).", "prim_action(up). poss(up, true).",
+             "causes_val(up, door(a), open)."], Lines).
+
+% What is called may come with the file, be declared and asserted later, or belong to a library.
+test(defined_somewhere, [forall(member(Clause, ["poss(up, true) :- top(N), succ(_, N).", "poss(up, true) :- lists:last([1], _).",
+                                                "poss(up, true) :- ( \\+ kept(_) -> true ; top(_) )."])),
+                         true(Lines == [])]) :-
+    printed([":- dynamic kept/1.", "top(1). prim_action(up).", Clause], Lines).
+
+test(directive, [forall(member(Directive-Missing, [ "dir(indigolog_plain, F), consult(F)"-predicate(dir/2),
+                                                    "['indigolog-vanilla']"-file('indigolog-vanilla'),
+                                                    "include(kplanner)"-file(kplanner) ])),
+                 true(Said-Error == [golog(directive(Missing))]-load(1))]) :-
+    format(string(Line), ":- ~s.", [Directive]),
+    nb_setval(said, []),
+    setup_call_cleanup(
+        asserta((user:message_hook(Term, error, _) :- nb_getval(said, Before), nb_setval(said, [Term|Before])), Hook),
+        printed([Line], [_]),
+        erase(Hook)),
+    nb_getval(said, Said),
+    length(Said, N),
+    Error = load(N).
+
 test(all_are_wrong, true(Count >= 25)) :-
     findall(T, ( documented(T, _, Printed), Printed \== [] ), Titles),
     length(Titles, Count).
