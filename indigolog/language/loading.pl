@@ -142,6 +142,7 @@ not_there(File) :-
 older_axiom(causes(A, F, V, P), causes_val(A, F, V, P)).
 older_axiom((causes(A, F, V, P) :- Body), (causes_val(A, F, V, P) :- Body)).
 older_axiom(senses(_), []).
+older_axiom((senses(_) :- _), []).
 
 % SWI-Prolog loads a file without a header into one module only, so the file is
 % included into a source of its own, which lies in the same directory.  A file that is

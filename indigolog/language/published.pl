@@ -12,6 +12,7 @@ and older names of axioms.  A theory inherits them: its own definitions come fir
 
 :- use_module(library(lists), [member/2]).
 :- use_module(chance, [shuffled/2]).
+:- use_module(theory, [domain_values/3]).
 
 :- meta_predicate
     domain(?, :),
@@ -21,8 +22,7 @@ and older names of axioms.  A theory inherits them: its own definitions come fir
 %!  domain(?Value, :Domain) is nondet.
 %!  rdomain(?Value, :Domain) is nondet.
 %
-%   Value is an element of Domain, a list or the name of a predicate whose one argument is
-%   that list; rdomain/2 goes through it in random order.
+%   Value is an element of Domain (theory.pl); rdomain/2 goes through it in random order.
 
 domain(V, D) :-
     getdomain(D, Values),
@@ -35,10 +35,8 @@ rdomain(V, D) :-
 
 %!  getdomain(:Domain, -Values) is det.
 
-getdomain(_:D, Values), is_list(D) =>
-    Values = D.
-getdomain(Domain, Values) =>
-    call(Domain, Values).
+getdomain(Module:Domain, Values) :-
+    domain_values(Module, Domain, Values).
 
 %!  shuffle(+List, -Shuffled) is det.
 

@@ -18,6 +18,7 @@
             history_mark/1,           % ?Entry
             generalised/2,            % +Term, -Template
             domain_list/3,            % +Theory, +Domain, -Values
+            domain_values/3,          % +Module, +Domain, -Values
             theory_predicate/1        % ?Indicator
           ]).
 /** <module> Action theories
@@ -262,22 +263,37 @@ declared_fluent(Theory, Fluent) :-
 
 %!  domain_list(+Theory, +Domain, -Values) is det.
 %
-%   The elements of a domain: a list, or the name of a predicate of the theory
-%   whose only argument is that list.
+%   The elements of a domain, domain_values/3, of the theory.
 
 domain_list(Theory, Domain, Values) :-
-    (   is_list(Domain)
-    ->  Values = Domain
-    ;   callable(Domain),
-        theory_module(Theory, Module),
-        domain_goal(Domain, Values0, Goal),
-        catch(Module:Goal, error(existence_error(procedure, _), _), fail),
-        is_list(Values0)
-    ->  Values = Values0
+    theory_module(Theory, Module),
+    domain_values(Module, Domain, Values).
+
+%!  domain_values(+Module, +Domain, -Values) is det.
+%
+%   Domain is a list, or names a predicate of Module whose last argument is that list, or is each
+%   of its elements in turn: published theories have both.
+%
+%   @error golog(no_domain(Domain))
+
+domain_values(_, Domain, Values), is_list(Domain) =>
+    Values = Domain.
+domain_values(Module, Domain, Values) =>
+    (   callable(Domain),
+        domain_goal(Domain, Value, Goal),
+        predicate_property(Module:Goal, visible),
+        (   Module:Goal,
+            is_list(Value)
+        ->  Values = Value
+        ;   \+ predicate_property(Module:Goal, built_in),
+            findall(Value, Module:Goal, Values),
+            ground(Values)
+        )
+    ->  true
     ;   throw(error(golog(no_domain(Domain)), _))
     ).
 
-domain_goal(Domain, Values, Goal) :-
+domain_goal(Domain, Value, Goal) :-
     Domain =.. Parts0,
-    append(Parts0, [Values], Parts),
+    append(Parts0, [Value], Parts),
     Goal =.. Parts.

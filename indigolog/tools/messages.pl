@@ -220,7 +220,7 @@ said(no_events(D, As), 'device ~q reports ~p: its exogenous/1 gives a list of gr
 said(no_theory, 'No theory is loaded: call load_theory(File) first', []).
 said(load(Files, Count), '~w error(s) while loading the theory ~q: see above', [Count, Files]).
 said(module_header(File, Own), '~w begins with module(~q, ...): a theory file is plain Prolog with no header', [File, Own]).
-said(no_domain(D), '~q is neither a list nor a predicate of the theory whose one argument is a list', [D]).
+said(no_domain(D), '~q is neither a list nor a predicate of the theory whose one argument is that list, or each element', [D]).
 said(not_a_formula(P), '~q is not a formula', [P]).
 said(not_a_formula(P, G), '~q is not a formula: its value is ~q', [P, G]).
 said(effect_not_ground(A, F, V), 'an effect of ~q sets ~q to ~q, which is not ground', [A, F, V]).

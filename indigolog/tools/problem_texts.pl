@@ -43,7 +43,7 @@ problem(negated_variable(In, V, Negation)) -->
     [ '~q has no value yet where ~q asks of it, which is true only where it is so of no ~q: give it a domain, or bind it before'-
           [V, Negation, V] ].
 problem(axiom_arity(Given, Expected)) -->
-    [ '~q has the wrong number of arguments: '-[Given] ],
+    [ '~q has the wrong number of arguments: it is '-[Given] ],
     alternatives(Expected).
 problem(recursion(Kind, Name, Path)) -->
     { functor(Name, F, N),
@@ -180,5 +180,5 @@ in_golog((_ -> _ ; _), 'that is if(P, E, F)') :- !.
 in_golog((_ ; _), 'a choice is ndet(E, F)').
 in_golog((_ -> _), 'that is if(P, E)').
 
-alternatives([PI]) --> [ 'it is ~q'-[PI] ].
+alternatives([PI]) --> [ '~q'-[PI] ].
 alternatives([PI, PI2|PIs]) --> [ '~q or '-[PI] ], alternatives([PI2|PIs]).

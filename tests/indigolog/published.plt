@@ -5,6 +5,7 @@
 :- use_module(library(lists), [append/3, last/2, member/2, permutation/2, reverse/2]).
 :- use_module(library(process), [process_create/3, process_wait/2]).
 :- use_module('../../indigolog/indigolog').
+:- use_module('../../indigolog/tools/checks', [theory_problems/1]).
 :- use_module(theory_text).
 
 /** <module> Theories in the published style run as they are, from the command line and from Prolog */
@@ -122,6 +123,28 @@ test(possible_values, [forall(member(Felt-Actions,
                        Status-Lines == 0-Actions]) :-
     path('theories/caves.pl', Theory),
     command([Theory, control, '--online'], [], Felt, Status, Lines).
+
+% A domain is a predicate of the list, or of each element: one that has none now is empty.
+test(domains, [setup(load_text("side(left). side(right). binary(B) :- B = 0 ; B = 1. sides([left, right]). :- dynamic none/1.
+                                prim_action(turn(S)) :- domain(S, side). prim_action(set(S, B)) :- domain(S, sides), domain(B, binary).
+                                poss(turn(_), true). poss(set(_, _), true).")),
+               forall(member(Program-Traces, [ pi((s, side), turn(s))-[[turn(left)], [turn(right)]],
+                                               for(s, sides, turn(s))-[[turn(left), turn(right)]],
+                                               ?(all((b, binary), member(b, [0, 1])))-[[]],
+                                               ?(some((n, none), true))-[] ])),
+               true(Found == Traces)]) :-
+    findall(Trace, ( do(Program, [], History), reverse(History, Trace) ), Found),
+    theory_problems(Problems),
+    assertion(Problems == []).
+
+test(no_domain, [forall(member(Domain, [anything, integer, number_or(_)])), error(golog(no_domain(_)))]) :-
+    load_text("anything(_). number_or(_, _)."),
+    do(pi((x, Domain), ?(x = 1)), [], _).
+
+% A clause that never applies says as little as a fact does.
+test(no_sensing, Problems == []) :-
+    load_text("prim_action(up). poss(up, true). senses(_) :- fail. settles(_, _, _, _, _) :- fail."),
+    theory_problems(Problems).
 
 % What a theory may call, it may also define.
 test(own_world, [setup(load_text("prim_action(up). poss(up, true). fun_fluent(seen). senses(up, seen).

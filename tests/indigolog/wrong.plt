@@ -155,6 +155,9 @@ test(each_is_said, Lines == ["warning, line 1: fluent door(b) has no initial val
     printed(["fun_fluent(door(D)) :- member(D, [a, b]). initially(door(a), shut).", "prim_action(up). poss(up, true).",
              "causes_val(up, door(a), open)."], Lines).
 
+test(several_are_right, Line == "error, line 1: senses/3 has the wrong number of arguments: it is senses/2 or senses/5") :-
+    printed(["senses(a, b, c)."], [Line]).
+
 % What is called may come with the file, be declared and asserted later, or belong to a library.
 test(defined_somewhere, [forall(member(Clause, ["poss(up, true) :- top(N), succ(_, N).", "poss(up, true) :- lists:last([1], _).",
                                                 "poss(up, true) :- ( \\+ kept(_) -> true ; top(_) )."])),
