@@ -111,6 +111,12 @@ answer(next([], no)) -->
     [ 'Nothing: the program has no step and may not end here'-[] ].
 answer(next([], may_end)) -->
     [ 'Nothing: the program may end here'-[] ].
+answer(next_few(Actions, End)) -->
+    (   { Actions == [] }
+    ->  [ 'No step was found in this time; step goes on looking'-[] ]
+    ;   answer(next(Actions, End)),
+        [ nl, 'and perhaps more'-[] ]
+    ).
 answer(next([A|As], End)) -->
     numbered([A|As], 1),
     (   { End == may_end }

@@ -13,8 +13,9 @@ The commands are those that the console (console.pl) lists, as terms.
 */
 
 :- use_module(library(aggregate), [aggregate_all/3]).
-:- use_module(library(lists), [member/2, nth1/3, reverse/2]).
+:- use_module(library(lists), [member/2, reverse/2]).
 :- use_module(library(option), [option/3]).
+:- use_module(library(time), [call_with_time_limit/2]).
 :- use_module('../language/configuration').
 :- use_module('../language/context', [top_context/1]).
 :- use_module('../online/devices').
@@ -30,6 +31,8 @@ The commands are those that the console (console.pl) lists, as terms.
 :- use_module('../language/situation').
 :- use_module('../online/terminal', [ask_in/2]).
 :- use_module('../language/theory').
+
+:- meta_predicate in_time(0).
 
 %!  start_stepper(+Program, +Options, -Stepper) is det.
 %
@@ -114,14 +117,14 @@ command(Question, Stepper, Stepper1, Answer) =>
 
 % What changes nothing.
 told(next, conf(E, S, _), Answer) =>
-    possible_actions(E, S, Actions),
+    possible_actions(E, S, Actions, All),
     may_end(E, S, End),
-    Answer = next(Actions, End).
+    ( All == true -> Answer = next(Actions, End) ; Answer = next_few(Actions, End) ).
 told(fluents, Now, Answer) =>
     told(fluents(_), Now, Answer).
 told(fluents(F), conf(_, S, _), Answer) =>
     known_fluents(S, Pairs),
-    findall(F0-V, ( member(F0-V, Pairs), called(F, F0) ), Matching),
+    findall(F0-V, ( member(F0-V, Pairs), once(called(F, F0)) ), Matching),
     Answer = fluents(Matching).
 told(program, conf(E, _, _), Answer) =>
     Answer = program(E).
@@ -152,21 +155,55 @@ called(Name, Fluent) :-
 
                 /* Steps */
 
-possible_actions(E, S, Actions) :-
+% Of a program that has no end of steps, as a search that finds ever longer plans, those that are found first.
+most_actions(100).                      % chosen by hand
+most_seconds(1).                        % chosen by hand
+
+% possible_actions(+E, +S, -Actions, -All): All is false where there may be more.
+possible_actions(E, S, Actions, All) :-
     top_context(C),
-    findall(A, ( after_action(E, S, C, _, S1), last_action(S1, A) ), Actions).
+    most_actions(Most),
+    Found = found(0, []),
+    ( in_time(all_found(E, S, C, Most, Found, All)) -> true ; All = false ),
+    arg(2, Found, Newest),
+    reverse(Newest, Actions).
+
+all_found(E, S, C, Most, Found, All) :-
+    (   after_action(E, S, C, _, S1),
+        arg(1, Found, N),
+        (   N == Most
+        ->  true
+        ;   last_action(S1, A),
+            arg(2, Found, Before),
+            nb_setarg(2, Found, [A|Before]),
+            N1 is N+1,
+            nb_setarg(1, Found, N1),
+            fail
+        )
+    ->  All = false
+    ;   All = true
+    ).
+
+waits(E, S) :-
+    top_context(C),
+    once(after_action(E, S, C, _, S1)),
+    last_action(S1, wait).
 
 may_end(E, S, End) :-
     top_context(C),
-    (   \+ ends(E, S, C)
-    ->  End = no
-    ;   End = may_end
+    (   in_time(ends(E, S, C))
+    ->  End = may_end
+    ;   End = no
     ).
+
+in_time(Goal) :-
+    most_seconds(Seconds),
+    catch(call_with_time_limit(Seconds, Goal), time_limit_exceeded, fail).
 
 stuck(conf(E, S, _), Answer) :-
     (   may_end(E, S, may_end)
     ->  Answer = final
-    ;   possible_actions(E, S, [wait|_])
+    ;   waits(E, S)
     ->  Answer = waits
     ;   why(E, S, Whys),
         Answer = stuck(Whys)
@@ -196,9 +233,8 @@ step(_, conf(E, S, [Entry|Entries]), _, conf(E1, S2, Entries), Happened) :-
     ).
 step(N, conf(E, S, []), Devices, conf(E1, S2, []), A) :-
     top_context(C),
-    findall(A0, ( after_action(E, S, C, _, S0), last_action(S0, A0) ), Actions),
-    nth1(N, Actions, A),
-    nth_step(N, E, S, C, E1, S1),
+    ( N == 1 -> nth_step(N, E, S, C, E1, S1) ; in_time(nth_step(N, E, S, C, E1, S1)) ),
+    last_action(S1, A),
     (   A == wait
     ->  waited(S),
         S2 = S

@@ -2,6 +2,7 @@
 :- use_module(library(plunit)).
 :- use_module('../../indigolog/indigolog').
 :- use_module('../../indigolog/tools/stepper').
+:- use_module(theory_text).
 
 /** <module> A program step by step */
 
@@ -63,6 +64,23 @@ answer([wait, inc], [exog(bump), step, step], happened([inc])).
 
 test(answers, [forall(answer(Program, Commands, Expected)), Answer == Expected]) :-
     last_answer(Program, Commands, Answer).
+
+test(each_fluent_once, Pairs == Once) :-
+    last_answer(inc, [fluents], fluents(Pairs)),
+    sort(Pairs, Sorted),
+    length(Sorted, N),
+    length(Once, N),
+    append(Once, _, Pairs).
+
+% Ever longer plans: the first is done, and of those that begin otherwise some are listed.
+test(no_end_of_plans, [ setup(load_text("prim_action(up). poss(up, true). fun_fluent(floor). initially(floor, 0).
+                                         causes_val(up, floor, N, N is floor + 1).
+                                         proc(rise(N), while(floor < N, up)).
+                                         proc(more(N), ndet(rise(N), pi(m, [?(m is N + 1), more(m)]))).")),
+                        cleanup(load),
+                        Happened-N-End == happened([up])-100-no ]) :-
+    answers(search(more(1)), [], [next, step], [next_few(Actions, End), Happened]),
+    length(Actions, N).
 
 test(test_of_what_the_theory_does_not_have, error(golog(reported))) :-
     silenced(last_answer(inc, [test(nothere)], _)).
