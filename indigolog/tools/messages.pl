@@ -106,7 +106,7 @@ message(directive(Missing)) -->
     ;   { Missing = predicate(PI) },
         [ 'there is no ~q'-[PI] ]
     ),
-    [ '; a directive that loads an interpreter is to be left out, this one is here already'-[] ].
+    [ '; if this is to load an interpreter, leave it out: one is here already'-[] ].
 message(no_term(Text)) -->
     [ '~w: not a Prolog term; once more, please'-[Text] ].
 message(undeclared_event(A)) -->
