@@ -113,7 +113,7 @@ answer(next([], may_end)) -->
     [ 'Nothing: the program may end here'-[] ].
 answer(next_few(Actions, End)) -->
     (   { Actions == [] }
-    ->  [ 'No step was found in this time; step goes on looking'-[] ]
+    ->  [ 'No step was found so far; step goes on looking'-[] ]
     ;   answer(next(Actions, End)),
         [ nl, 'and perhaps more'-[] ]
     ).

@@ -17,6 +17,7 @@ A Why is one of
     no_plan(Program, Event)         % a plan was not made for Event, and what is left of Program has none
     apart(Offers)                   % programs of sync/1 with no action in common; Offers are offer(Program, Actions)
     no_step(Program)                % anything else
+    not_all(Program)                % there may be more: looking for it was given up
     dead_end(Actions, Whys)         % a way that does not lead to the end
 
 and is printed by explanations//1 of explanation_text.pl.
@@ -66,7 +67,7 @@ why(E, S, Whys) =>
 bounded(E, Why, Goal, Whys) :-
     most_inferences(Limit),
     found_within(Limit, Why, Goal, Whys0, Whole),
-    ( Whole == true -> Whys = Whys0 ; append(Whys0, [no_step(E)], Whys) ).
+    ( Whole == true -> Whys = Whys0 ; append(Whys0, [not_all(E)], Whys) ).
 
 
                 /* Actions */

@@ -96,6 +96,9 @@ said(no_plan(E, Event), []) -->
 said(no_step(E), []) -->
     { shown_program(E, Shown) },
     [ '~p has no step'-[Shown] ].
+said(not_all(E), []) -->
+    { shown_program(E, Shown) },
+    [ 'not all of ~p was looked at: it goes too far'-[Shown] ].
 said(apart(Offers), Offers) -->
     [ 'the programs of sync have no action in common'-[] ].
 said(offer(E, As), []) -->

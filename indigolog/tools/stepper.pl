@@ -15,11 +15,12 @@ The commands are those that the console (console.pl) lists, as terms.
 :- use_module(library(aggregate), [aggregate_all/3]).
 :- use_module(library(lists), [member/2, reverse/2]).
 :- use_module(library(option), [option/3]).
-:- use_module(library(time), [call_with_time_limit/2]).
+:- use_module(library(solution_sequences), [limit/2]).
 :- use_module('../language/configuration').
 :- use_module('../language/context', [top_context/1]).
 :- use_module('../online/devices').
 :- use_module(checks, [check_program/1]).
+:- use_module(effort, [found_within/5]).
 :- use_module(explain, [why/3]).
 :- use_module('../language/formula', [holds_in/2]).
 :- use_module('../language/history', [own_step/1]).
@@ -32,7 +33,7 @@ The commands are those that the console (console.pl) lists, as terms.
 :- use_module('../online/terminal', [ask_in/2]).
 :- use_module('../language/theory').
 
-:- meta_predicate in_time(0).
+:- meta_predicate within_limit(0).
 
 %!  start_stepper(+Program, +Options, -Stepper) is det.
 %
@@ -157,32 +158,16 @@ called(Name, Fluent) :-
 
 % Of a program that has no end of steps, as a search that finds ever longer plans, those that are found first.
 most_actions(100).                      % chosen by hand
-most_seconds(1).                        % chosen by hand
+most_inferences(5_000_000).             % chosen by hand: about a second
 
 % possible_actions(+E, +S, -Actions, -All): All is false where there may be more.
 possible_actions(E, S, Actions, All) :-
     top_context(C),
     most_actions(Most),
-    Found = found(0, []),
-    ( in_time(all_found(E, S, C, Most, Found, All)) -> true ; All = false ),
-    arg(2, Found, Newest),
-    reverse(Newest, Actions).
-
-all_found(E, S, C, Most, Found, All) :-
-    (   after_action(E, S, C, _, S1),
-        arg(1, Found, N),
-        (   N == Most
-        ->  true
-        ;   last_action(S1, A),
-            arg(2, Found, Before),
-            nb_setarg(2, Found, [A|Before]),
-            N1 is N+1,
-            nb_setarg(1, Found, N1),
-            fail
-        )
-    ->  All = false
-    ;   All = true
-    ).
+    most_inferences(Limit),
+    found_within(Limit, A, limit(Most, ( after_action(E, S, C, _, S1), last_action(S1, A) )), Actions, Whole),
+    length(Actions, N),
+    ( Whole == true, N < Most -> All = true ; All = false ).
 
 waits(E, S) :-
     top_context(C),
@@ -191,14 +176,16 @@ waits(E, S) :-
 
 may_end(E, S, End) :-
     top_context(C),
-    (   in_time(ends(E, S, C))
+    (   within_limit(ends(E, S, C))
     ->  End = may_end
     ;   End = no
     ).
 
-in_time(Goal) :-
-    most_seconds(Seconds),
-    catch(call_with_time_limit(Seconds, Goal), time_limit_exceeded, fail).
+within_limit(Goal) :-
+    most_inferences(Limit),
+    call_with_inference_limit(Goal, Limit, Result),
+    !,
+    Result \== inference_limit_exceeded.
 
 stuck(conf(E, S, _), Answer) :-
     (   may_end(E, S, may_end)
@@ -233,7 +220,7 @@ step(_, conf(E, S, [Entry|Entries]), _, conf(E1, S2, Entries), Happened) :-
     ).
 step(N, conf(E, S, []), Devices, conf(E1, S2, []), A) :-
     top_context(C),
-    ( N == 1 -> nth_step(N, E, S, C, E1, S1) ; in_time(nth_step(N, E, S, C, E1, S1)) ),
+    ( N == 1 -> nth_step(N, E, S, C, E1, S1) ; within_limit(nth_step(N, E, S, C, E1, S1)) ),
     last_action(S1, A),
     (   A == wait
     ->  waited(S),

@@ -90,7 +90,7 @@ test(after_a_history, Whys == [false(counter > 3, [value(counter, 2)])]) :-
 test(up_to_the_plan, Whys == [dead_end([switch(a)], [false(lit(b), [])])]) :-
     whys(search([ndet(switch(a), ndet(switch(b), inc)), ?(lit(b))]), [], Whys).
 
-test(no_end_of_steps_without_an_action, Whys == [no_step([while(true, ?(true)), inc])]) :-
+test(no_end_of_steps_without_an_action, Whys == [not_all([while(true, ?(true)), inc])]) :-
     whys([while(true, ?(true)), inc], [], Whys).
 
 test(reads_well, Text == "and(counter<3,lit(b)) is false\n  lit(b) is false\n") :-
