@@ -6,6 +6,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 import pytest
+import trimesh
 
 from benchmarks.machined_parts import cylinder, surface_of
 from bridge.errors import BadInput
@@ -279,6 +280,17 @@ def test_a_part_far_from_its_file_s_origin_is_in_the_frame() -> None:
     camera = Simulator("cube").camera
     pose = drawn_pose(PoseDraw(), aside, np.array([0.0, 0.0, 1.0]), camera, np.random.default_rng(1))
     assert fraction_inside(aside, camera, pose) == 1.0
+
+
+def test_a_part_may_be_before_the_camera_and_its_file_s_origin_behind(tmp_path: Path) -> None:
+    """As of one part of an assembly, in the assembly's coordinates."""
+    trimesh.creation.box(bounds=[[0.3, 0.0, 0.6], [0.32, 0.02, 0.62]]).export(tmp_path / "bracket.stl")
+    depths = []
+    for seed in range(6):
+        scene = Simulator(str(tmp_path / "bracket.stl"), small(in_proportion=True), seed)
+        assert scene.seed_pose is not None and scene.seed_pose.apply(scene.model.middle)[2] > 0.0
+        depths.append(scene.seed_pose.translation[2])
+    assert min(depths) < 0.0
 
 
 def test_facets_of_what_is_flat_or_round_have_one_texture() -> None:
