@@ -146,10 +146,9 @@ def load_model(path: str | Path, unit: str = "m") -> Model:
         raise GeometryError(f"model file {path} does not exist")
     reader = READERS.get(path.suffix.lower())
     if reader is None:
-        of_cad = path.suffix.lower() in (".step", ".stp", ".iges", ".igs")
-        hint = " (every CAD program exports STL)" if of_cad else ""
         raise GeometryError(
-            f"model {path}: unknown kind {path.suffix!r}; use one of {', '.join(READERS)}{hint}"
+            f"model {path}: unknown kind {path.suffix!r}; use one of {', '.join(READERS)} "
+            "(every CAD program exports STL; MeshLab and Blender open other meshes and export these)"
         )
     surface = reader(path)
     if len(surface.vertices) > 0 and (surface.vertices == surface.vertices[0]).all():

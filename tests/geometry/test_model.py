@@ -196,9 +196,9 @@ def test_other_bad_files(tmp_path: Path) -> None:
     for name in ("none.cao", "cube"):
         with pytest.raises(GeometryError, match=f"{name} does not exist"):
             load_model(tmp_path / name)
-    document = tmp_path / "thing.doc"
+    document = tmp_path / "part.wrl"
     document.touch()
-    with pytest.raises(GeometryError, match="unknown kind"):
+    with pytest.raises(GeometryError, match=r"unknown kind '\.wrl'; use one of .*\.stl.*MeshLab and Blender"):
         load_model(document)
     with pytest.raises(GeometryError, match="unknown unit"):
         load_model(written(tmp_path, BOX), "furlong")
