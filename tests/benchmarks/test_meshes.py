@@ -3,10 +3,24 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 import trimesh
 
-from benchmarks.meshes import main
+from benchmarks.meshes import main, off_by
+from geometry.model import load_model
+from geometry.pose import RIGHT, Pose
+from geometry.rotation import matrix_of
+
+
+def test_a_pose_is_as_far_off_as_the_part_is_and_not_its_file_s_origin(tmp_path: Path) -> None:
+    trimesh.creation.box(bounds=[[0.5, 0.0, 0.0], [0.53, 0.02, 0.01]]).export(tmp_path / "part.stl")
+    part = load_model(tmp_path / "part.stl")
+    true = Pose(np.zeros(3), np.array([0.0, 0.0, 0.2]) - part.middle)
+    turn = Pose.turn_about(np.array([0.0, 0.0, 0.2]), matrix_of(np.array([0.0, np.radians(0.9), 0.0])))
+    off = off_by(part, turn.compose(true), true, first_sight=False)
+    assert off.within(*RIGHT) and off.translation_m < 1e-9
+    assert not turn.compose(true).error_to(true).within(*RIGHT)
 
 
 @pytest.mark.slow
