@@ -44,11 +44,11 @@ def outline_direction(
 def outline_tangent(solid: Solid, line: int, point: Floats, centre: Floats, out: Floats) -> None:
     """Unit vector (3,) in the tangent plane at a point (3,) of an outline, across the line of sight."""
     f, g = solid.line_faces[line, 0], solid.line_faces[line, 1]
-    n, ray = solid.face_normal[f] + solid.face_normal[g], point - centre
-    square = 0.0
+    normal, square = solid.face_normal, 0.0
     for k in range(3):
         a, b = (k + 1) % 3, (k + 2) % 3
-        out[k] = n[a] * ray[b] - n[b] * ray[a]
+        n_a, n_b = normal[f, a] + normal[g, a], normal[f, b] + normal[g, b]
+        out[k] = n_a * (point[b] - centre[b]) - n_b * (point[a] - centre[a])
         square += out[k] * out[k]
     for k in range(3):
         out[k] /= math.sqrt(max(square, 1e-300))

@@ -17,17 +17,19 @@ STRAIGHT_BOW_PX = 0.3  # arcs that are bowed by less are taken for straight, whi
 
 
 class Courses(NamedTuple):
-    """How the visible lines run in the image, and which of them run along each other.
+    """How the visible lines run in the image, V of them, and which of them run along each other.
 
     Attributes
     ----------
-    ends : (L, 2), first and last sample of each line, -1 for none.
-    along : (L, 3), the unit vector from the first to the last and their distance, zeros when they fall
+    line : (V,), which line each is, ascending.
+    ends : (V, 2), its first and last sample.
+    along : (V, 3), the unit vector from the first to the last and their distance, zeros when they fall
         together.
-    bow : (L,), px, how far an arc or outline is from that straight line; 0 of lines.
-    pairs : (P, 2), a line and one that runs about the same way.
+    bow : (V,), px, how far an arc or outline is from that straight line; 0 of lines.
+    pairs : (P, 2), which of the V, and another that runs about the same way, ascending.
     """
 
+    line: Ints
     ends: Ints
     along: Floats
     bow: Floats
@@ -35,39 +37,50 @@ class Courses(NamedTuple):
 
 
 @kernel()
-def _boxes(line: Ints, image: Floats, ends: Ints) -> Floats:
-    """Bounds (L, 4) in the image of the samples of each line; ``ends`` (L, 2), the first and last of them."""
-    box = np.empty((len(ends), 4))
+def _ends(line: Ints) -> Ints:
+    """First and last sample (V, 2) of each visible line, of the lines (N,) of all samples, ascending."""
+    ends, count = np.empty((len(line), 2), dtype=np.int64), 0
     for i in range(len(line)):
-        m = line[i]
-        if i == ends[m, 0]:
-            for k in range(2):
-                box[m, k], box[m, 2 + k] = image[i, k], image[i, k]
+        if i == 0 or line[i] != line[i - 1]:
+            ends[count, 0] = i
+            count += 1
+        ends[count - 1, 1] = i
+    return ends[:count].copy()
+
+
+@kernel()
+def _boxes(image: Floats, ends: Ints) -> Floats:
+    """Bounds (V, 4) in the image of the samples (N, 2) of each line, from the first to the last (V, 2)."""
+    box = np.empty((len(ends), 4))
+    for m in range(len(ends)):
         for k in range(2):
-            box[m, k], box[m, 2 + k] = min(box[m, k], image[i, k]), max(box[m, 2 + k], image[i, k])
+            low, high = np.inf, -np.inf
+            for i in range(ends[m, 0], ends[m, 1] + 1):
+                low, high = min(low, image[i, k]), max(high, image[i, k])
+            box[m, k], box[m, 2 + k] = low, high
     return box
 
 
 @kernel()
-def _near_pairs(visible: Ints, box: Floats, near_px: Floats) -> Ints:
-    """Lines and others whose bounds (L, 4) come as near to theirs as ``near_px`` (L,) says, (P, 2) ascending.
+def _near_pairs(box: Floats, near_px: Floats) -> Ints:
+    """Lines and others whose bounds (V, 4) come as near to theirs as ``near_px`` (V,) says, (P, 2).
 
     From left to right: each line is held against those that begin before it has ended.
     """
-    room = 16 * len(visible)
+    room = 16 * len(box)
     pairs, count, farthest = np.empty((room, 2), dtype=np.int64), 0, 0.0
-    for mine in visible:
-        farthest = max(farthest, near_px[mine])
-    in_order = visible[np.argsort(box[visible, 0], kind="mergesort")]
+    for near in near_px:
+        farthest = max(farthest, near)
+    in_order = np.argsort(box[:, 0], kind="mergesort")
+    box, near_px = box[in_order], near_px[in_order]
     for k in range(len(in_order)):
-        mine = in_order[k]
+        near, top, right, bottom = near_px[k], box[k, 1], box[k, 2], box[k, 3]
         for j in range(k + 1, len(in_order)):
-            other = in_order[j]
-            beside = box[other, 0] - box[mine, 2]
+            beside = box[j, 0] - right
             if beside > farthest:
                 break
-            apart = max(beside, box[other, 1] - box[mine, 3], box[mine, 1] - box[other, 3])
-            if apart > max(near_px[mine], near_px[other]):
+            apart = max(beside, box[j, 1] - bottom, top - box[j, 3])
+            if apart > max(near, near_px[j]):
                 continue
             if count + 2 > room:
                 room *= 2
@@ -75,13 +88,13 @@ def _near_pairs(visible: Ints, box: Floats, near_px: Floats) -> Ints:
                 for row in range(count):
                     longer[row, 0], longer[row, 1] = pairs[row, 0], pairs[row, 1]
                 pairs = longer
-            if apart <= near_px[mine]:
-                pairs[count, 0], pairs[count, 1] = mine, other
+            if apart <= near:
+                pairs[count, 0], pairs[count, 1] = in_order[k], in_order[j]
                 count += 1
-            if apart <= near_px[other]:
-                pairs[count, 0], pairs[count, 1] = other, mine
+            if apart <= near_px[j]:
+                pairs[count, 0], pairs[count, 1] = in_order[j], in_order[k]
                 count += 1
-    return _by_number(_by_number(pairs[:count], 1, len(box)), 0, len(box))
+    return pairs[:count]
 
 
 @kernel()
@@ -100,52 +113,47 @@ def _by_number(pairs: Ints, column: int, numbers: int) -> Ints:
 
 
 @kernel()
-def _apart(samples: Samples, ends: Ints, along: Floats, mine: int, other: int, near_px: float) -> bool:
+def _apart(image: Floats, ends: Ints, along: Floats, mine: int, other: int, near_px: float) -> bool:
     """Whether all of a straight line is farther than ``near_px`` to one side of another one's course."""
-    image, a = samples.image, ends[other, 0]
-    sides = np.empty(2)
-    for k in range(2):
-        i = ends[mine, k]
-        dx, dy = image[i, 0] - image[a, 0], image[i, 1] - image[a, 1]
-        sides[k] = dx * along[other, 1] - dy * along[other, 0]
-    least = min(abs(sides[0]), abs(sides[1])) if sides[0] * sides[1] > 0.0 else 0.0
+    a, first, last, ux, uy = ends[other, 0], ends[mine, 0], ends[mine, 1], along[other, 0], along[other, 1]
+    begins = (image[first, 0] - image[a, 0]) * uy - (image[first, 1] - image[a, 1]) * ux
+    finishes = (image[last, 0] - image[a, 0]) * uy - (image[last, 1] - image[a, 1]) * ux
+    least = min(abs(begins), abs(finishes)) if begins * finishes > 0.0 else 0.0
     return bool(least > near_px + 2.0 * STRAIGHT_BOW_PX)
 
 
 @kernel()
 def line_courses(samples: Samples, near_px: Floats) -> Courses:
-    """The courses of the lines, and which others come as near to each as its ``near_px`` (L,)."""
-    lines = len(near_px)
-    line, image, direction = samples.line, samples.image, samples.image_direction
-    ends, along, bow = np.full((lines, 2), -1), np.zeros((lines, 3)), np.zeros(lines)
-    for i in range(len(line)):
-        if ends[line[i], 0] < 0:
-            ends[line[i], 0] = i
-        ends[line[i], 1] = i
-    for m in range(lines):
+    """The courses of the lines, and which others come as near to each as one of its samples asks for, px,
+    ``near_px`` (N,).
+    """
+    image, direction, ends = samples.image, samples.image_direction, _ends(samples.line)
+    along, bow, near = np.zeros((len(ends), 3)), np.zeros(len(ends)), np.zeros(len(ends))
+    for m in range(len(ends)):
         first, last = ends[m, 0], ends[m, 1]
-        if first >= 0:
-            x, y = image[last, 0] - image[first, 0], image[last, 1] - image[first, 1]
-            length = math.sqrt(x * x + y * y)
-            if length > 0.0:
-                along[m, 0], along[m, 1], along[m, 2] = x / length, y / length, length
-            for i in range(first + 1, last):
-                x, y = image[i, 0] - image[first, 0], image[i, 1] - image[first, 1]
-                bow[m] = max(bow[m], abs(x * along[m, 1] - y * along[m, 0]))
-            if bow[m] < STRAIGHT_BOW_PX:
-                bow[m] = 0.0
-    box = _boxes(line, image, ends)
-    pairs, count = _near_pairs(np.flatnonzero(ends[:, 0] >= 0), box, near_px), 0
+        for i in range(first, last + 1):
+            near[m] = max(near[m], near_px[i])
+        x, y = image[last, 0] - image[first, 0], image[last, 1] - image[first, 1]
+        length = math.sqrt(x * x + y * y)
+        if length > 0.0:
+            along[m, 0], along[m, 1], along[m, 2] = x / length, y / length, length
+        for i in range(first + 1, last):
+            x, y = image[i, 0] - image[first, 0], image[i, 1] - image[first, 1]
+            bow[m] = max(bow[m], abs(x * along[m, 1] - y * along[m, 0]))
+        if bow[m] < STRAIGHT_BOW_PX:
+            bow[m] = 0.0
+    pairs, count = _near_pairs(_boxes(image, ends), near), 0
     for number in range(len(pairs)):
         mine, other = pairs[number, 0], pairs[number, 1]
         middle = (ends[mine, 0] + ends[mine, 1]) // 2
         x, y = direction[middle, 0], direction[middle, 1]
         curved = along[other, 2] > 0.0 and (bow[mine] > 0.0 or bow[other] > 0.0)
         same_way = abs(along[other, 0] * x + along[other, 1] * y) >= ALONG_COSINE
-        if curved or (same_way and not _apart(samples, ends, along, mine, other, near_px[mine])):
+        if curved or (same_way and not _apart(image, ends, along, mine, other, near[mine])):
             pairs[count, 0], pairs[count, 1] = mine, other
             count += 1
-    return Courses(ends, along, bow, pairs[:count])
+    in_order = _by_number(_by_number(pairs[:count], 1, len(ends)), 0, len(ends))
+    return Courses(samples.line[ends[:, 0]], ends, along, bow, in_order)
 
 
 class Course(NamedTuple):
@@ -170,12 +178,12 @@ class Course(NamedTuple):
 
 
 @kernel()
-def course_of(samples: Samples, courses: Courses, line: int) -> Course:
-    """The course of one line, which is visible."""
-    first, last = courses.ends[line]
-    x, y = samples.image[first]
-    ux, uy, length = courses.along[line]
-    return Course(first, last, x, y, ux, uy, length, courses.bow[line])
+def course_of(image: Floats, courses: Courses, m: int) -> Course:
+    """The course of the m-th of the visible lines; ``image`` (N, 2) of the samples."""
+    ends, along, first = courses.ends, courses.along, courses.ends[m, 0]
+    x, y = image[first, 0], image[first, 1]
+    ux, uy, length = along[m, 0], along[m, 1], along[m, 2]
+    return Course(first, ends[m, 1], x, y, ux, uy, length, courses.bow[m])
 
 
 @kernel(inline="always")

@@ -22,13 +22,13 @@ ROUNDING_PX = 1e-6  # more than rounding changes a distance by
 
 
 @kernel()
-def associate(samples: Samples, lines: int, offset: Floats) -> None:
+def associate(samples: Samples, offset: Floats) -> None:
     """Take from each line the edge points that are nearer to another one; they become NaN.
 
     Parameters
     ----------
     samples
-        N, on the visible ones of so many ``lines``.
+        N, on the visible lines.
     offset
         (C, N, K), edge points along the samples' normals, px, NaN for none; changed in place.
     """
@@ -40,23 +40,24 @@ def associate(samples: Samples, lines: int, offset: Floats) -> None:
             for k in range(peaks):
                 if not math.isnan(offset[c, i, k]):
                     farthest[i] = max(farthest[i], abs(offset[c, i, k]))
-    near = np.zeros(lines)
-    for i in range(count):
-        near[samples.line[i]] = max(near[samples.line[i]], 2.0 * farthest[i] + PAST_PX + 1.0)
-    courses = line_courses(samples, near)
-    for mine, other in courses.pairs:
-        own, their = course_of(samples, courses, mine), course_of(samples, courses, other)
+    courses = line_courses(samples, 2.0 * farthest + PAST_PX + 1.0)
+    pairs = courses.pairs
+    for number in range(len(pairs)):
+        mine, other = pairs[number, 0], pairs[number, 1]
+        own, their = course_of(image, courses, mine), course_of(image, courses, other)
         for i in range(own.first, own.last + 1):
             apart, _, at = beside(image, direction, their, image[i, 0], image[i, 1])
             if apart > 2.0 * farthest[i] + ROUNDING_PX or crosses(direction, own, their, i, at):
                 continue
             for c in range(channels):
                 for k in range(peaks):
+                    ours = abs(offset[c, i, k])
+                    if math.isnan(ours) or (their.bow == 0.0 and apart > 2.0 * ours + ROUNDING_PX):
+                        continue
                     x = image[i, 0] - offset[c, i, k] * direction[i, 1]
                     y = image[i, 1] + offset[c, i, k] * direction[i, 0]
                     theirs, beyond, _ = beside(image, direction, their, x, y)
                     if not beyond <= PAST_PX:
                         continue
-                    ours = abs(offset[c, i, k])
                     if theirs < ours or (theirs == ours and other < mine):
                         offset[c, i, k] = np.nan

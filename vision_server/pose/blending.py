@@ -64,21 +64,22 @@ def blended(samples: Samples, softness: Floats, blur: Floats, edges: Edges) -> t
     Parameters
     ----------
     softness
-        (C, L), px, of each line in each channel.
+        (C, N), px, of each sample's line in each channel.
     blur
-        (C, L), px, of its edge and the filter together.
+        (C, N), px, of its edge and the filter together.
     """
-    lines = softness.shape[1]
     image, direction = samples.image, samples.image_direction
-    near = np.zeros(lines)
+    near = np.zeros(softness.shape[1])
     for c in range(len(softness)):
-        for m in range(lines):
-            widest = max(BLUR_RATIO * softness[c, m], blur[c, m])
-            near[m] = max(near[m], FAR_BLURS * widest / ALONG_COSINE + PAST_PX)
+        for i in range(len(near)):
+            widest = max(BLUR_RATIO * softness[c, i], blur[c, i])
+            near[i] = max(near[i], FAR_BLURS * widest / ALONG_COSINE + PAST_PX)
     courses = line_courses(samples, near)
     moved, unsure = np.zeros(edges.offset.shape), np.zeros(edges.offset.shape)
-    for mine, other in courses.pairs:
-        own, their = course_of(samples, courses, mine), course_of(samples, courses, other)
+    pairs = courses.pairs
+    for number in range(len(pairs)):
+        mine, other = pairs[number, 0], pairs[number, 1]
+        own, their = course_of(image, courses, mine), course_of(image, courses, other)
         for i in range(own.first, own.last + 1):
             _, beyond, at = beside(image, direction, their, image[i, 0], image[i, 1])
             if not beyond <= PAST_PX or crosses(direction, own, their, i, at):
@@ -86,12 +87,12 @@ def blended(samples: Samples, softness: Floats, blur: Floats, edges: Edges) -> t
             gap = _gap(samples, their, i, at)
             at = at if their.bow > 0.0 else _next_to(samples, their, i)
             for c in range(len(softness)):
-                width = BLUR_RATIO * softness[c, mine]
-                if abs(gap) >= FAR_BLURS * max(width, blur[c, mine]):
+                width = BLUR_RATIO * softness[c, i]
+                if abs(gap) >= FAR_BLURS * max(width, blur[c, i]):
                     continue
                 by = math.nan
-                if softness[c, mine] > SHARP_PX:
-                    by = _moved_by(samples, edges, (c, i, at), gap, blur[c, mine])
+                if softness[c, i] > SHARP_PX:
+                    by = _moved_by(samples, edges, (c, i, at), gap, blur[c, i])
                 if math.isnan(by):
                     unsure[c, i] += UNSEEN_HEIGHT * gap * math.exp(-0.5 * (gap / width) ** 2)
                 else:

@@ -35,9 +35,9 @@ def drawn_in(samples: Samples, facets: Floats, softness: Floats, filter_px: Floa
     facets
         (N,), px, how long the facet is on which each of them is, see `facet_lengths`.
     softness, filter_px
-        (C, L), px, what each of L lines in each of C channels is taken for, and the filter that looks there.
+        (C, N), px, what its line is taken for in each of C channels, and the filter that looks there.
     """
-    square = np.take(filter_px**2 + (BLUR_OVER_SOFTNESS * softness) ** 2, samples.line, axis=1)  # in rows
+    square = filter_px**2 + (BLUR_OVER_SOFTNESS * softness) ** 2
     curved = np.exp(-((facets / LONG_FACET_BLURS) ** 2) / square)
     return np.asarray(0.5 * square * curved * bend(samples))
 

@@ -15,6 +15,9 @@ from numerics.kernels import kernel
 ALONG_BINS = 12  # of a line's length
 BINS_PER_REACH = 10  # of the shift, to either side
 SHIFT_BINS = 2 * BINS_PER_REACH + 1
+# Chosen by hand: share of a channel's edge points that are weaker than its strong ones. An edge point that
+# is so many times as strong as these counts half in its line's vote.
+STRONG_SNR_RANK, HALF_QUALITY_SNR_RATIO = 0.8, 0.5
 PRIOR_DROP = 0.4  # how much less a vote at the end of the reach counts: a pose is rather near than far off
 
 
@@ -38,6 +41,29 @@ ROUNDING_SHARE = 1e-9  # share that sums in another order may differ by
 
 
 @kernel()
+def vote_worth(snr: Floats) -> Floats:
+    """What each edge point counts in its line's vote, 0..1: strong beats weak, within its own channel."""
+    channels, count, peaks = snr.shape
+    out = np.zeros_like(snr)
+    seen = np.empty(count * peaks)
+    for c in range(channels):
+        found = 0
+        for i in range(count):
+            for k in range(peaks):
+                if snr[c, i, k] > 0.0:
+                    seen[found] = snr[c, i, k]
+                    found += 1
+        if found == 0:
+            continue
+        rank = int(STRONG_SNR_RANK * (found - 1))
+        strong = HALF_QUALITY_SNR_RATIO * np.partition(seen[:found], rank)[rank]
+        for i in range(count):
+            for k in range(peaks):
+                out[c, i, k] = snr[c, i, k] / (snr[c, i, k] + strong)
+    return out
+
+
+@kernel()
 def vote(
     line: Ints, along: Floats, offset: Floats, quality: Floats, lines: int, reach_px: float, width_px: Floats
 ) -> Floats:
@@ -52,7 +78,7 @@ def vote(
     reach_px
         Votes are for shifts up to this.
     width_px
-        (L,), tolerance of each line's vote.
+        (N,), tolerance of the vote of each sample's line.
 
     Returns
     -------
@@ -60,16 +86,16 @@ def vote(
     lines without votes.
     """
     shift = np.zeros((lines, 2))
-    table = np.empty((ALONG_BINS, SHIFT_BINS))
+    table, rest = np.empty((ALONG_BINS, SHIFT_BINS)), np.empty(ALONG_BINS + 1)
     start = 0
     while start < len(line):
         end = start
         while end < len(line) and line[end] == line[start]:
             end += 1
         own = slice(start, end)
-        width = width_px[line[start]]
+        width = width_px[start]
         _ballots(along[own], offset[:, own], quality[:, own], reach_px, width, table)
-        first, last = _elected(table)
+        first, last = _elected(table, rest)
         if first >= 0:
             shift[line[start], 0] = (0.5 * (first + last) / BINS_PER_REACH - 1.0) * reach_px
             shift[line[start], 1] = 0.5 * (last - first) / BINS_PER_REACH * reach_px
@@ -101,14 +127,18 @@ def _ballots(
 
 
 @kernel()
-def _elected(table: Floats) -> tuple[int, int]:
+def _elected(table: Floats, rest: Floats) -> tuple[int, int]:
     """First and last bin of the course with most votes (ALONG_BINS, SHIFT_BINS), (-1, -1) without any.
 
-    A course is left early when it cannot reach what the best level course has any more.
+    A course is left early when it cannot reach what the best level course has any more; ``rest``
+    (ALONG_BINS + 1,), output, are the most votes that one can get from a bin on.
     """
-    rest = np.zeros(ALONG_BINS + 1)  # most votes that a course can get from a bin on
+    rest[ALONG_BINS] = 0.0
     for b in range(ALONG_BINS - 1, -1, -1):
-        rest[b] = rest[b + 1] + table[b].max()
+        most = 0.0
+        for votes in table[b]:
+            most = max(most, votes)
+        rest[b] = rest[b + 1] + most
     least = 0.0
     for first in range(SHIFT_BINS):
         total = 0.0
@@ -142,7 +172,7 @@ def choose(line: Ints, along: Floats, offset: Floats, shift: Floats, width_px: F
     for c in range(channels):
         for i in range(count):
             expected = shift[line[i], 0] + shift[line[i], 1] * along[i]
-            nearest = 1.5 * width_px[line[i]]
+            nearest = 1.5 * width_px[i]
             for k in range(peaks):
                 distance = abs(offset[c, i, k] - expected)
                 if distance < nearest:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -30,16 +31,13 @@ from vision_server.pose.blending import Edges, blended
 from vision_server.pose.chords import beyond_chords
 from vision_server.pose.curved_edges import drawn_in, facet_lengths
 from vision_server.pose.edge_points import CLIPPED_SD_PX, Channel, EdgePoints, search
-from vision_server.pose.hough import choose, vote
+from vision_server.pose.hough import choose, vote, vote_worth
 from vision_server.pose.outline_shading import inside_of, way_back
 from vision_server.pose.roundings import onto_roundings, slack_px
 from vision_server.pose.sampling import places_on_lines
 from vision_server.pose.steps import step_jacobian, turning_point
 
 VOTE_WIDTH_PX = 1.0  # tolerance of a line's vote for a sharp edge
-# Chosen by hand: share of a channel's edge points that are weaker than its strong ones. An edge point that
-# is so many times as strong as these counts half in its line's vote.
-STRONG_SNR_RANK, HALF_QUALITY_SNR_RATIO = 0.8, 0.5
 # Index into SCALES_PX of the filter, for each softness: half of the blur and no more than 2 px. A wider one
 # takes in what lies beside an edge; on 18 hard stacks right poses were 1.17 times as far off with it.
 FILTER_OF_SOFTNESS = np.array([0, 0, 1, 1])
@@ -76,10 +74,15 @@ class PoseProblem:
     tolerance_m: float = 0.0
     roundness: float = 0.0
 
-    @property
+    @cached_property
     def filters(self) -> Ints:
-        """(C, L), index into SCALES_PX of the filter that places the edge points."""
+        """(C, L), index into SCALES_PX of the filter that places the edge points; not to be written to."""
         return FILTER_OF_SOFTNESS[self.scale]
+
+    @cached_property
+    def sigma(self) -> Floats:
+        """(C, L), softness of each line in each channel, px; not to be written to."""
+        return SIGMAS[self.scale]
 
     @classmethod
     def at_scale(
@@ -165,24 +168,26 @@ def observe(
     pulls
         Whether edges are moved back by what runs beside them, and ``neighbours`` are worked out; else zeros.
     """
-    channels, model, camera, filters = problem.channels, problem.model, problem.camera, problem.filters
-    lines, samples = len(model.lines), visible_samples(model, camera, pose, spacing_px)
+    channels, model, camera = problem.channels, problem.model, problem.camera
+    samples = visible_samples(model, camera, pose, spacing_px)
     centre = turning_point(model, pose)
     jacobian = step_jacobian(camera, pose.apply(samples.points), samples.normal, centre)
     if problem.roundness > 0.0:
         out = problem.roundness * beyond_chords(model, pose, samples, jacobian).sum(axis=1, keepdims=True)
         samples = samples._replace(image=samples.image + out * samples.normal)
     along, from_end = places_on_lines(samples, GAP_SPACINGS * spacing_px)
-    sigma = SIGMAS[problem.scale]
-    widest = sigma.max(axis=0) if len(channels) else np.ones(lines)
+    filters = np.take(problem.filters, samples.line, axis=1)  # in rows, as kernels expect
+    sigma = np.take(problem.sigma, samples.line, axis=1)
+    widest = sigma.max(axis=0) if len(channels) else np.ones(len(along))
     reach, width = np.maximum(reach_px, REACH_OVER_SOFTNESS * widest), VOTE_WIDTH_PX * np.sqrt(widest)
     slack = slack_px(model, camera, pose, samples)
-    around = np.maximum(reach[samples.line], np.where(slack > 0.0, slack + width[samples.line], 0.0))
+    around = np.maximum(reach, np.where(slack > 0.0, slack + width, 0.0))
     normals = Normals(samples.image, samples.normal, around)
-    points = search(channels, np.take(filters, samples.line, axis=1), normals)
-    associate(samples, lines, points.offset)
+    points = search(channels, filters, normals)
+    associate(samples, points.offset)
     farthest = float(normals.reach_px.max(initial=reach_px))
-    shift = vote(samples.line, along, points.offset, _quality(points.snr), lines, farthest, width)
+    votes = vote_worth(points.snr)
+    shift = vote(samples.line, along, points.offset, votes, len(model.lines), farthest, width)
     chosen = choose(samples.line, along, points.offset, shift, width)
     shape, inside = chosen.shape, inside_of(model, camera, pose, samples)
     found = _Chosen(np.empty(shape), np.empty(shape), np.empty(shape), np.empty((*shape, 2)))
@@ -206,7 +211,7 @@ def observe(
         from_end=from_end,
         jacobian=jacobian,
         centre=centre,
-        sigma=sigma,
+        sigma=problem.sigma,
         offset=offset,
         sd=found.sd,
         strength=found.strength,
@@ -220,32 +225,9 @@ def observe(
 
 
 def _blur(channels: Sequence[GradientChannel], sigma: Floats, filters: Floats) -> Floats:
-    """Blur (C, L) px of lines and their filters together, from their softness and their images' blur."""
+    """Blur (C, N) px of edges and their filters together, from their softness and their images' blur."""
     of_images = np.array([[channel.blur_px] for channel in channels]).reshape(-1, 1)
     return np.asarray(np.hypot(np.maximum(sigma, of_images), filters))
-
-
-@kernel()
-def _quality(snr: Floats) -> Floats:
-    """What each edge point counts in its line's vote, 0..1: strong beats weak, within its own channel."""
-    channels, count, peaks = snr.shape
-    out = np.zeros_like(snr)
-    seen = np.empty(count * peaks)
-    for c in range(channels):
-        found = 0
-        for i in range(count):
-            for k in range(peaks):
-                if snr[c, i, k] > 0.0:
-                    seen[found] = snr[c, i, k]
-                    found += 1
-        if found == 0:
-            continue
-        rank = int(STRONG_SNR_RANK * (found - 1))
-        strong = HALF_QUALITY_SNR_RATIO * np.partition(seen[:found], rank)[rank]
-        for i in range(count):
-            for k in range(peaks):
-                out[c, i, k] = snr[c, i, k] / (snr[c, i, k] + strong)
-    return out
 
 
 class _Chosen(NamedTuple):
@@ -262,8 +244,8 @@ class _Looked(NamedTuple):
 
     c: int
     chosen: Ints  # (C, N), which edge point of each sample is taken, -1 for none
-    sigma: Floats  # (C, L), softness of each line, px
-    filters: Ints  # (C, L), index into SCALES_PX
+    sigma: Floats  # (C, N), softness of each sample's line, px
+    filters: Ints  # (C, N), index into SCALES_PX
     inside: Floats  # (N,), see `inside_of`
 
 
@@ -284,7 +266,7 @@ def _take_chosen(
         out.nuisance[c, i, 0] = out.nuisance[c, i, 1] = 0.0
         if k < 0:
             continue
-        own = sigma[c, samples.line[i]]
+        own = sigma[c, i]
         place, slope = points.offset[c, i, k], points.strength[c, i, k]
         out.offset[c, i], out.sd[c, i], out.strength[c, i] = place, points.sd[c, i, k], slope
         nx, ny = -samples.image_direction[i, 1], samples.image_direction[i, 0]
@@ -297,7 +279,7 @@ def _take_chosen(
         level = max(level + ((x - column) * nx + (y - row) * ny) * slope, LEAST_LEVEL_GREY)
         step = slope * own * math.sqrt(2.0 * math.pi) / level
         out.nuisance[c, i, 0] = min(max(step, -MOST_STEP_RATIO), MOST_STEP_RATIO) * own
-        s = filters[c, samples.line[i]]
+        s = filters[c, i]
         if points.sd[c, i, k] >= CLIPPED_SD_PX * SIGMAS[s]:
             out.nuisance[c, i, 1] = -own if slope > 0.0 else own
         if inside[i] != 0.0:

@@ -85,5 +85,5 @@ def beside(problem: PoseProblem, pose: Pose) -> Beside:
     reach = np.full(len(samples.line), PRINT_REACH_PX)
     scale = np.take(problem.scale, samples.line, axis=1)
     points = search(problem.channels, scale, Normals(samples.image, samples.normal, reach))
-    associate(samples, lines, points.offset)
+    associate(samples, points.offset)
     return Beside(samples, points.offset, lines)

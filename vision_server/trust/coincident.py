@@ -40,7 +40,7 @@ class Told(NamedTuple):
 
 
 @kernel()
-def told_once(samples: Samples, lines: int, supported: Flags, reach_px: float = TOGETHER_PX) -> Told:
+def told_once(samples: Samples, supported: Flags, reach_px: float = TOGETHER_PX) -> Told:
     """Which samples stand for a place of their own, whether that is seen, and how crowded it is there.
 
     Of visible lines that fall together the first stands for all; it has what supports any of them.
@@ -48,7 +48,7 @@ def told_once(samples: Samples, lines: int, supported: Flags, reach_px: float = 
     Parameters
     ----------
     samples
-        N, on the visible ones of so many ``lines``.
+        N, on the visible lines.
     supported
         (N,), whether an edge point supports a sample's own line.
     reach_px
@@ -56,9 +56,11 @@ def told_once(samples: Samples, lines: int, supported: Flags, reach_px: float = 
     """
     count, image, direction = len(supported), samples.image, samples.image_direction
     own, seen, gap = np.ones(count, dtype=np.bool_), supported.copy(), np.full((count, 2), np.inf)
-    courses = line_courses(samples, np.full(lines, reach_px))
-    for mine, other in courses.pairs:
-        own_course, their = course_of(samples, courses, mine), course_of(samples, courses, other)
+    courses = line_courses(samples, np.full(count, reach_px))
+    pairs = courses.pairs
+    for number in range(len(pairs)):
+        mine, other = pairs[number, 0], pairs[number, 1]
+        own_course, their = course_of(image, courses, mine), course_of(image, courses, other)
         for i in range(own_course.first, own_course.last + 1):
             x, y = image[i, 0], image[i, 1]
             apart, beyond, at = beside(image, direction, their, x, y)

@@ -183,7 +183,7 @@ def _edges_beside(near: EdgesAround, along: Floats, lines: int) -> list[tuple[fl
     offset = np.where(np.abs(near.offset) > OWN_EDGE_PX, near.offset, np.nan)
     counts = np.maximum(np.bincount(line, minlength=lines), 1)
     length = np.bincount(line, weights=near.samples.px, minlength=lines)
-    width = np.full(lines, ON_EDGE_PX)
+    width = np.full(len(line), ON_EDGE_PX)
     out = []
     for _ in range(EDGES_A_LINE):
         counted = np.isfinite(offset).astype(np.float64)

@@ -113,7 +113,7 @@ class PoseSupport:
     def _told(self) -> Told:
         """What the samples tell, those that fall together with an earlier line's but once."""
         supported = np.asarray(self.supports.any(axis=0))
-        return told_once(self.samples, self.trust.shape[1], supported, CROWDED_PX)
+        return told_once(self.samples, supported, CROWDED_PX)
 
     def _by_own(self, amount: Floats | Flags) -> Floats:
         """Sum of an amount (N,) per px over the samples of each line that stand for themselves, (L,)."""

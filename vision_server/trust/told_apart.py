@@ -54,15 +54,16 @@ def _share(samples: Samples, chosen: Flags, lines: int) -> Floats:
 def _lines_beneath(one: Samples, other: Samples) -> Ints:
     """The line of another pose that each sample of one lies on, (N,), NO_LINE for none."""
     out = np.full(len(one.line), NO_LINE)
-    for i in range(len(one.line)):
+    line, image, direction, px = other.line, other.image, other.image_direction, other.px
+    for i in range(len(out)):
         x, y, u, v = one.image[i, 0], one.image[i, 1], one.image_direction[i, 0], one.image_direction[i, 1]
-        nearest = SAME_PX
-        for j in range(len(other.line)):
-            dx, dy = other.image[j, 0] - x, other.image[j, 1] - y
-            if abs(u * dx + v * dy) > 0.5 * (one.px[i] + other.px[j]) + SAME_PX:
+        nearest, own_px = SAME_PX, one.px[i]
+        for j in range(len(line)):
+            dx, dy = image[j, 0] - x, image[j, 1] - y
+            if abs(u * dx + v * dy) > 0.5 * (own_px + px[j]) + SAME_PX:
                 continue
             across = abs(u * dy - v * dx)
-            sine = abs(u * other.image_direction[j, 1] - v * other.image_direction[j, 0])
+            sine = abs(u * direction[j, 1] - v * direction[j, 0])
             if across <= nearest and sine <= SAME_SINE:
-                nearest, out[i] = across, other.line[j]
+                nearest, out[i] = across, line[j]
     return out

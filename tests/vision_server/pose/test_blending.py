@@ -4,7 +4,7 @@ import pytest
 from tests.vision_server.level_samples import level_samples, sampled
 from vision_server.pose.blending import BLUR_RATIO, LEFT_SHARE, UNSEEN_HEIGHT, Edges, blended
 
-SOFT = np.full((1, 2), 2.0)
+SOFT = np.full((1, 40), 2.0)
 
 
 def step_beside(gap_px: float, blur_px: float, height: float) -> float:
@@ -45,7 +45,7 @@ def test_beside_an_unseen_edge_it_may_be_off_by_what_a_step_of_half_its_height_d
 def test_two_edges_that_are_seen_are_moved_back(gap_in_blurs: float, height: float) -> None:
     blur_px = 2.24
     edges = two_steps(gap_in_blurs * blur_px, blur_px, height)
-    moved, unsure = blended(level_samples(gap_in_blurs * blur_px), SOFT, np.full((1, 2), blur_px), edges)
+    moved, unsure = blended(level_samples(gap_in_blurs * blur_px), SOFT, np.full((1, 40), blur_px), edges)
     np.testing.assert_allclose(moved, edges.offset, atol=0.25 * np.abs(edges.offset).max())
     np.testing.assert_allclose(unsure, LEFT_SHARE * moved)
 
@@ -53,20 +53,20 @@ def test_two_edges_that_are_seen_are_moved_back(gap_in_blurs: float, height: flo
 def test_how_far_they_are_apart_tells_more_than_the_blur_does() -> None:
     gap_px = 4.0
     edges = two_steps(gap_px, 3.0, -1.0)
-    moved, _ = blended(level_samples(gap_px), SOFT, np.full((1, 2), 2.5), edges)
+    moved, _ = blended(level_samples(gap_px), SOFT, np.full((1, 40), 2.5), edges)
     np.testing.assert_allclose(moved, edges.offset, atol=0.1)
 
 
 def test_what_is_far_from_where_two_edges_would_be_is_another_edge() -> None:
     edges = two_steps(4.0, 2.24, -1.0, farther_px=4.0)
-    moved, unsure = blended(level_samples(4.0), SOFT, np.full((1, 2), 2.24), edges)
+    moved, unsure = blended(level_samples(4.0), SOFT, np.full((1, 40), 2.24), edges)
     assert not moved.any()
     np.testing.assert_array_equal(unsure, blended(level_samples(4.0), SOFT, 1.12 * SOFT, unseen(40))[1])
 
 
 def test_sharp_edges_are_left_to_their_profiles() -> None:
     edges = two_steps(3.0, 1.41, -1.0)
-    assert not blended(level_samples(3.0), np.ones((1, 2)), np.full((1, 2), 1.41), edges)[0].any()
+    assert not blended(level_samples(3.0), np.ones((1, 40)), np.full((1, 40), 1.41), edges)[0].any()
 
 
 def test_lines_that_cross_or_are_far_move_nothing() -> None:

@@ -9,7 +9,7 @@ def voted(offset: Floats, reach: float = 6.0) -> Floats:
     count = offset.shape[1]
     line, along = np.zeros(count, dtype=np.int64), np.linspace(-1, 1, count)
     quality = np.where(np.isfinite(offset), 1.0, 0.0)
-    return np.asarray(vote(line, along, offset, quality, 1, reach, np.array([1.0]))[0])
+    return np.asarray(vote(line, along, offset, quality, 1, reach, np.ones(count))[0])
 
 
 def test_a_straight_edge_wins_over_more_points_that_scatter() -> None:
@@ -51,6 +51,6 @@ def test_the_chosen_point_is_the_one_on_the_voted_edge() -> None:
         np.array([-1.0, 0.0, 1.0]),
         offset,
         np.array([[0.5, 0.0]]),
-        np.array([1.0]),
+        np.ones(3),
     )
     assert chosen.tolist() == [[1, -1, 2]]

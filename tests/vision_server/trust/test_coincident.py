@@ -30,7 +30,7 @@ def level(*heights_px: float, shift_px: float = 0.0) -> Samples:
 
 
 def told(samples: Samples, *supported: Flags) -> tuple[Flags, Flags]:
-    return told_once(samples, len(supported), np.concatenate(supported), TOGETHER_PX)[:2]
+    return told_once(samples, np.concatenate(supported), TOGETHER_PX)[:2]
 
 
 @pytest.mark.parametrize("shift_px", [0.0, 0.4 * STEP_PX])
@@ -67,7 +67,7 @@ def test_lines_that_cross_stand_for_themselves() -> None:
 
 
 def test_lines_in_a_row_are_as_crowded_as_they_are_near() -> None:
-    rows = told_once(level(0.0, 3.0, 7.0), 3, np.tile(SEEN, 3), 10.0).gap.reshape(3, 20)
+    rows = told_once(level(0.0, 3.0, 7.0), np.tile(SEEN, 3), 10.0).gap.reshape(3, 20)
     assert rows[1] == pytest.approx(3.5)
     assert np.isinf(rows[[0, 2]]).all()  # nothing runs on their other side
 
