@@ -114,7 +114,6 @@ prepare_module(Module) :-
              assertz((Module:Halt :- indigolog_loading:no_halt)) )),
     forall(older_axiom(Old, New),
            assertz(Module:term_expansion(Old, New))),
-    assertz((Module:term_expansion((:- include(File)), _) :- indigolog_loading:not_there(File))),
     assertz((Module:term_expansion((:- Goal), []) :- indigolog_loading:refused(Goal, Module))),
     forall(theories_may_call(PI), indigolog_published:import(PI)).
 
@@ -129,13 +128,6 @@ refused(Goal, Module) :-
 
 no_halt :-
     throw(error(golog(called_halt), _)).
-
-% Prolog would say so without file and line, and end the loading.
-:- public not_there/1.
-
-not_there(File) :-
-    absolute_file_name(File, _, [file_type(prolog), access(read)]),
-    fail.
 
 % Theories for the published evaluator of possible values (2005) write causes/4, and
 % senses/1 beside settles/5 and rejects/5, which say the same.
