@@ -34,6 +34,7 @@ from vision_server.channels.image_files import read_grey
 from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import SURE_SCORE, PipelineSettings, estimate_pose
+from vision_server.pose.steps import step_jacobian
 from vision_server.trust.judgement import stated
 
 CORNERS = (9, 6)
@@ -42,10 +43,7 @@ SQUARE_M = 0.025  # nobody tells the true size: errors in degrees and per cent o
 # photographs, where their dark ends, to 0.02.
 RIM = ((0.53, 0.48), (0.96, 0.94))
 WHOLE = ((1.0, 1.0), (1.0, 1.0))
-HALF_TURN = Pose(
-    np.array([0.0, 0.0, np.pi]), np.zeros(3)
-)  # of the board: corners may be told from either end
-STEP = 1e-6  # of a numeric derivative, rad and m
+HALF_TURN = Pose(np.array([0.0, 0.0, np.pi]), np.zeros(3))  # corners may be told from either end of the board
 
 
 def board(rim: tuple[tuple[float, float], tuple[float, float]]) -> Model:
@@ -77,10 +75,9 @@ def of_corners(camera: Camera, seen: Floats) -> tuple[Pose, Floats]:
     pose = Pose(np.asarray(turn, np.float64).ravel(), np.asarray(shift, np.float64).ravel())
     there = pose.apply(points)
     off = camera.project(there) - seen
-    moved = [
-        camera.project(pose.stepped(STEP * axis).apply(points)) - camera.project(there) for axis in np.eye(6)
-    ]
-    rows = np.column_stack([one.ravel() for one in moved]) / STEP
+    rows = np.concatenate(
+        [step_jacobian(camera, there, np.tile(axis, (len(there), 1)), np.zeros(3)) for axis in np.eye(2)]
+    )
     variance = float((off**2).sum() / (off.size - 6))
     return pose, np.asarray(variance * np.linalg.inv(rows.T @ rows))
 

@@ -124,9 +124,7 @@ def _apart(image: Floats, ends: Ints, along: Floats, mine: int, other: int, near
 
 @kernel()
 def line_courses(samples: Samples, near_px: Floats) -> Courses:
-    """The courses of the lines, and which others come as near to each as one of its samples asks for, px,
-    ``near_px`` (N,).
-    """
+    """The courses of the lines, and others as near to each as one of its samples asks, ``near_px`` (N,)."""
     image, direction, ends = samples.image, samples.image_direction, _ends(samples.line)
     along, bow, near = np.zeros((len(ends), 3)), np.zeros(len(ends)), np.zeros(len(ends))
     for m in range(len(ends)):

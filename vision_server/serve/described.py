@@ -72,15 +72,15 @@ def lights_doubt(lights: Sequence[LightDescription], seed_pose: Pose | None) -> 
     if seed_pose is None:
         return None
     target = seed_pose.translation
+    ahead = float(np.linalg.norm(target))
     for light in lights:
         if light.position is None:
             continue
-        reach = FAR_LAMP * float(np.linalg.norm(target)) * math.sqrt(max(light.power, 1.0))
         away = float(np.linalg.norm(target - light.position))
-        if away > reach:
+        if away > FAR_LAMP * ahead * math.sqrt(max(light.power, 1.0)):
             return (
-                f"the light {light.name!r} is {away:.3g} m from the target, which is "
-                f"{float(np.linalg.norm(target)):.3g} m from the camera. Is its position in metres?"
+                f"the light {light.name!r} is {away:.3g} m from the target, which is {ahead:.3g} m from the "
+                "camera. Is its position in metres?"
             )
     return None
 
