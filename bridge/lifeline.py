@@ -114,10 +114,29 @@ def leave_at_signals() -> None:
     An exception out of a handler, as KeyboardInterrupt, may meet a compiled kernel, which it crashes, or a
     library that catches it. What has to be finished first has handlers of its own: `Lifeline`, `Stopping`. A
     signal that whoever started this has ignored stays so.
+
+    The interpreter calls a handler when it comes round to it: not while compiled code runs, nor where the
+    signal came just before a read that waits for ever. So a thread hears of it, too.
     """
     for signum in (signal.SIGINT, signal.SIGTERM):
         if signal.getsignal(signum) != signal.SIG_IGN:
-            signal.signal(signum, lambda number, _: os._exit(128 + number))
+            signal.signal(signum, _leave_by)
+    heard, told = os.pipe()
+    os.set_blocking(told, False)
+    signal.set_wakeup_fd(told, warn_on_full_buffer=False)  # written by the C handler
+    os.register_at_fork(after_in_child=partial(signal.set_wakeup_fd, -1))  # what a copy is told is its own
+    Thread(target=_leave_when_told, args=(heard,), name="signals", daemon=True).start()
+
+
+def _leave_by(signum: int, _: FrameType | None) -> None:
+    os._exit(128 + signum)
+
+
+def _leave_when_told(heard: int) -> None:
+    while True:
+        signum = os.read(heard, 1)[0]
+        if signal.getsignal(signum) is _leave_by:  # no other handler has taken its place
+            _leave_by(signum, None)
 
 
 def _readable(descriptors: list[int], timeout_ms: int | None) -> list[tuple[int, int]]:

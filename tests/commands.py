@@ -6,10 +6,10 @@ import os
 import runpy
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 from unittest import mock
 
 from bridge.command_line import run_command
@@ -45,6 +45,16 @@ def module(name: str, *words: object) -> Done:
     finally:
         sys.argv = before
         sys.modules.update(imported)
+
+
+@contextlib.contextmanager
+def started(words: Sequence[str], **options: Any) -> "Iterator[subprocess.Popen[Any]]":
+    """A process, as Popen starts it; a test that fails ends it, and does not wait for it."""
+    with subprocess.Popen(words, **options) as process:
+        try:
+            yield process
+        finally:
+            process.kill()  # nothing where it has ended
 
 
 def _done(words: list[str], run: Callable[[], object]) -> Done:

@@ -26,6 +26,7 @@ from bridge.command_line import (
 )
 from bridge.errors import BadInput, DeviceError
 from bridge.messages import Seed
+from tests.commands import started
 
 
 def test_a_reader_that_has_seen_enough_is_no_error() -> None:
@@ -39,7 +40,7 @@ def test_a_reader_that_has_seen_enough_is_no_error() -> None:
         "print('begun', flush=True); sys.stdin.read();"
         "sys.exit(run_command('program', 'It talks.', {'talk': 'Say much.'}, ['talk']))"
     )
-    with subprocess.Popen(
+    with started(
         [sys.executable, "-c", program],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -97,7 +98,7 @@ def test_a_signal_ends_a_command_without_a_word(
     pipe = tmp_path / "camera.toml"
     os.mkfifo(pipe)
     line = [sys.executable, "-m", *words.split(), str(pipe)]
-    with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+    with started(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         opened = opened_by_reader(pipe)
         running.send_signal(sent)
         assert running.communicate(timeout=60) == ("", "")

@@ -164,6 +164,47 @@ def test_a_signal_ends_a_command_that_catches_everything(start: Start, signum: i
     assert (process.returncode, out, err) == (status, "", "")
 
 
+STANDS = """
+import ctypes
+from bridge.lifeline import leave_at_signals
+leave_at_signals()
+lock = ctypes.create_string_buffer(64)  # a mutex that nobody holds
+print("ready", flush=True)
+while True:
+    ctypes.CDLL(None).pthread_mutex_lock(lock)
+"""
+
+
+@pytest.mark.parametrize(("signum", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_signal_ends_a_command_that_does_not_come_round_to_it(
+    start: Start, signum: int, status: int
+) -> None:
+    process = start(STANDS)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    process.send_signal(signum)
+    assert process.wait(DEADLINE_S) == status
+
+
+COPY = """
+import os, signal, time
+from bridge.lifeline import leave_at_signals
+leave_at_signals()
+heard, told = os.pipe()
+child = os.fork()
+while child == 0:
+    os.write(told, b"it runs")
+    time.sleep(0.01)
+os.read(heard, 1)
+os.kill(child, signal.SIGTERM)
+print(os.waitpid(child, 0)[1] >> 8)
+"""
+
+
+def test_what_ends_a_copy_of_a_command_ends_not_the_command(start: Start) -> None:
+    assert start(COPY).communicate(timeout=DEADLINE_S) == ("143\n", "")
+
+
 def test_a_signal_that_is_ignored_stays_so(start: Start) -> None:
     code = "import os, signal; signal.signal(signal.SIGINT, signal.SIG_IGN); from bridge.lifeline import *;"
     process = start(f"{code} leave_at_signals(); os.kill(os.getpid(), signal.SIGINT); print('goes on')")

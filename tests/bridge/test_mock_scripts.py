@@ -1,7 +1,6 @@
 """What mock servers answer instead, when they are told to."""
 
 import json
-import subprocess
 import sys
 import threading
 import time
@@ -17,6 +16,7 @@ from bridge.errors import BadInput, BridgeTimeout, DeviceError, ProtocolError, S
 from bridge.mocks import MockImageServer, MockVisionServer, main
 from bridge.vision_messages import EstimateResult
 from tests.bridge.mock_clients import SETTINGS, captured, client_of
+from tests.commands import started
 
 from .conftest import wait_until
 
@@ -165,7 +165,7 @@ def test_a_mock_as_a_process_follows_its_script(folder: Path, root: Path) -> Non
         json.dumps({"best": {"answers": [{"score": 1}, error]}, "estimate": {"amend": {"rms_px": 7}}})
     )
     command = [sys.executable, "-m", "bridge.mocks", "vision", "--endpoint", f"ipc://{folder}/v"]
-    with subprocess.Popen([*command, "--script", str(script)], cwd=root) as process:
+    with started([*command, "--script", str(script)], cwd=root) as process:
         with Client(f"ipc://{folder}/v", timeout_s=60, retries=60) as client:
             assert client.request("best")[0]["score"] == 1
             with pytest.raises(ServerError, match="Lamp out"):

@@ -12,6 +12,7 @@ import pytest
 from bridge.errors import BadInput
 from bridge.result_file import read_result
 from report.__main__ import main
+from tests.commands import started
 from tests.report.run_folders import RunMaker
 
 pytestmark = pytest.mark.slow
@@ -47,7 +48,7 @@ def test_what_waits_writes_when_it_is_told_and_nothing_when_nobody_will(
 def test_a_signal_ends_it_without_a_word(make_run: RunMaker, sent: signal.Signals, status: int) -> None:
     folder = make_run()
     line = [sys.executable, "-m", "report", str(folder), "--when-told"]
-    with subprocess.Popen(line, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
+    with started(line, stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         while "futex" not in (wait := Path(f"/proc/{running.pid}/wchan").read_text()) and "pipe" not in wait:
             time.sleep(0.01)
         running.send_signal(sent)

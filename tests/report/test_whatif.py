@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from bridge.result_file import read_result
-from tests.commands import Done, process, report
+from tests.commands import Done, process, report, started
 from tests.session.cases import stack
 from tests.session.serving import served
 
@@ -114,7 +114,7 @@ def test_a_choice_that_cannot_be_made_leaves_nothing(copy: Path, words: tuple[st
 def test_a_signal_ends_the_session_and_leaves_nothing(copy: Path) -> None:
     other = copy.with_name("run-whatif-2")
     line = [sys.executable, "-m", "report", "whatif", str(copy), "--at", "2", "--settings", OTHER]
-    with subprocess.Popen(line, stderr=subprocess.PIPE) as running:
+    with started(line, stderr=subprocess.PIPE) as running:
         while not (other / "images").exists():
             assert running.poll() is None
             time.sleep(0.01)

@@ -18,7 +18,7 @@ from bridge.command_line import run_command
 from geometry.pose import Pose
 from image_server.serve.server import ImageServer
 from image_server.simulator.simulator import Simulator
-from tests.commands import command, process
+from tests.commands import command, process, started
 from tests.vision_server.serve.running import Running
 from tests.vision_server.synthetic import CAMERA, POSE, camera_file, cuboid
 from tests.vision_server.tracking.films import filmed, moving
@@ -317,9 +317,7 @@ def test_a_signal_ends_a_camera_and_leaves_a_whole_film(
 ) -> None:
     film = tmp_path / "out.mp4"
     line = [sys.executable, "-m", "vision_server", "track", *served, "--overlay", str(film)]
-    with subprocess.Popen(
-        line, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
-    ) as running:
+    with started(line, cwd=root, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as running:
         assert running.stdout is not None
         assert [json.loads(running.stdout.readline())["frame"] for _ in range(2)] == [0, 1]
         running.send_signal(sent)

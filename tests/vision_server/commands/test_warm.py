@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from numerics.two_cores import cores
+from tests.commands import started
 
 pytestmark = pytest.mark.slow
 
@@ -48,7 +49,7 @@ def test_it_calls_every_kernel_that_no_other_one_calls(root: Path) -> None:
 
 @pytest.mark.skipif(cores() == 1, reason="on one core there is no second process")
 def test_ctrl_c_ends_both_processes_without_a_word(root: Path, tmp_path: Path) -> None:
-    with subprocess.Popen(
+    with started(
         [sys.executable, "-m", "vision_server", "warm"], cwd=root, start_new_session=True,
         env=os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
     ) as running:  # fmt: skip
