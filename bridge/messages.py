@@ -173,8 +173,7 @@ class TargetDescription(Message, frozen=True):
         What narrows the search where there is no seed pose: least and greatest distance of the target's
         middle, metres; the direction from there to the camera in the target's frame, roughly.
     tolerance_m
-        How far lines of the part may be off the model's, one standard deviation, metres; half a permille of
-        the model's size where it is None.
+        How far lines of the part may be off the model's, one standard deviation, metres.
     """
 
     model: FileName

@@ -72,7 +72,7 @@ def _judged(options: Namespace) -> dict[str, Any]:
     images, files, tone_sd_px = read_set(options, given.camera, given.table)
     names = list(files)
     settings = PipelineSettings(
-        seed=options.seed, tone_sd_px=tone_sd_px, tolerance_m=given.used_tolerance_m(model)
+        seed=options.seed, tone_sd_px=tone_sd_px, tolerance_m=given.tolerance_m(model) or 0.0
     )
     try:
         radius_m = told_edge_radius(options.edge_radius, given, model)

@@ -71,7 +71,7 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
             matcher=options.matcher,
             seed=options.seed,
             tone_sd_px=tone_sd_px,
-            tolerance_m=given.used_tolerance_m(model),
+            tolerance_m=given.tolerance_m(model) or 0.0,
             rotation_range_deg=reach.rotation_deg,
             translation_range_px=reach.translation_px,
         )

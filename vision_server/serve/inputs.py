@@ -26,7 +26,6 @@ from vision_server.matching.match import Anywhere, seen_sizes_px, sizes_from_px
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
 MOST_ROUNDED = 0.1  # of the target's size: lines of what is rounder are no edges any more
 MOST_TOLERANCE = 0.05  # of the target's size: what is so far off is another part
-USUAL_TOLERANCE = 0.0005  # of it, where nothing is told; measured on real parts, see docs/pose.md
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
 FARTHER = 1.1  # than was told, times: what is told is rough
 NEAREST = 1e-6  # of the target's size: nearer to its middle a camera has no direction from which it looks
@@ -61,11 +60,6 @@ class GivenCamera:
         """``[target] tolerance_m``: how far lines of the part may be off the model's; None if untold."""
         told = self.target.tolerance_m
         return None if told is None else checked_tolerance(told, model, f"{self.path}: [target] ")
-
-    def used_tolerance_m(self, model: Model) -> float:
-        """That, or what is usual."""
-        told = self.tolerance_m(model)
-        return usual_tolerance_m(model) if told is None else told
 
     def edge_radius_m(self, model: Model) -> float | None:
         """``[target] edge_radius_m``: by how much the target's edges are rounded; None if untold."""
@@ -163,14 +157,9 @@ def _told_pose(path: Path, what: str) -> dict[str, Any]:
     return told
 
 
-def usual_tolerance_m(model: Model) -> float:
-    """How far lines of a real part are off the model's where nothing is told: one standard deviation, m."""
-    return USUAL_TOLERANCE * model.diameter
-
-
 def checked_tolerance(value: Any, model: Model, whose: str = "Parameter ") -> float:
     """A tolerance in metres, as it is used; raises as `_checked_length`."""
-    advice = "half a permille is usual for machined parts, and taken where nothing is told"
+    advice = "half a permille is usual for machined parts"
     return _checked_length(value, model, MOST_TOLERANCE, f"{whose}tolerance_m", advice)
 
 

@@ -30,7 +30,6 @@ from vision_server.serve.inputs import (
     read_seed_pose,
     told_anywhere,
     told_raw,
-    usual_tolerance_m,
 )
 from vision_server.serve.recorder import Recorder
 from vision_server.serve.task import PoseTask
@@ -111,8 +110,9 @@ def _recorded(
     """What a recording says of the equipment: as described, with camera, target and seed pose in use."""
     camera = task.camera.to_dict() | {"gain": task.gain, "gamma": task.gamma}
     camera |= {key: table[key] for key in ("read_noise_e", "full_well_e", "bits", "bayer") if key in table}
-    target = {"model": str(model), "unit": unit, "tolerance_m": task.settings.tolerance_m}
-    target |= asdict(task.anywhere)
+    target = {"model": str(model), "unit": unit, **asdict(task.anywhere)}
+    if task.settings.tolerance_m > 0.0:
+        target["tolerance_m"] = task.settings.tolerance_m
     if isinstance(task.seed_pose, Pose):
         target["seed_pose"] = task.seed_pose.to_dict()
     return msgspec.structs.replace(
@@ -155,8 +155,8 @@ def _anywhere(given: GivenCamera | None, describe: Describe, model: Model, camer
 
 
 def _tolerance(given: GivenCamera | None, describe: Describe, model: Model) -> float:
-    """How far lines of the part may be off, m: as camera file or image server say, or as usual."""
+    """How far lines of the part may be off, m: as the camera file or the image server says, or 0."""
     told = None if given is None else given.tolerance_m(model)
     if told is None and describe.target is not None and describe.target.tolerance_m is not None:
         return checked_tolerance(describe.target.tolerance_m, model, "The image server's target: ")
-    return usual_tolerance_m(model) if told is None else told
+    return told or 0.0

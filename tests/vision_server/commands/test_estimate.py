@@ -80,15 +80,12 @@ def test_one_json_object_with_the_pose(folder: Path) -> None:
 
 def test_a_part_that_may_be_off_its_model_has_a_less_certain_pose(folder: Path) -> None:
     camera = (folder / "camera.toml").read_text()
-    half_a_permille = 0.0005 * load_model(folder / "cuboid.cao").diameter
-    for name, tolerance_m in (("exact", 0.0), ("usual", half_a_permille)):
-        (folder / f"{name}.toml").write_text(camera + f"[target]\ntolerance_m = {tolerance_m!r}\n")
-    exact, usual, untold = (
+    (folder / "told.toml").write_text(camera + "[target]\ntolerance_m = 0.0001\n")
+    exact, told = (
         json.loads(estimate(folder, "a.png", camera=name, json="").stdout)
-        for name in ("exact.toml", "usual.toml", "camera.toml")
+        for name in ("camera.toml", "told.toml")
     )
-    assert untold["uncertainty"] > 1.5 * exact["uncertainty"]
-    assert {**untold, "seconds": None} == {**usual, "seconds": None}
+    assert told["uncertainty"] > 1.5 * exact["uncertainty"]
 
 
 def test_people_get_a_table(folder: Path) -> None:

@@ -59,9 +59,7 @@ def test_a_camera_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_what_lines_of_the_part_may_be_off_is_told_by_a_file_or_the_description(tmp_path: Path) -> None:
-    usual = opened(tmp_path)
-    assert usual.settings.tolerance_m == pytest.approx(0.0005 * usual.model.diameter)
-    assert opened(tmp_path, tolerance_m=0.0).settings.tolerance_m == 0.0
+    assert opened(tmp_path).settings.tolerance_m == 0.0
     assert opened(tmp_path, tolerance_m=1e-4).settings.tolerance_m == 1e-4
     file = "[target]\ntolerance_m = 2e-4"
     assert opened(tmp_path, file, tolerance_m=1e-4).settings.tolerance_m == 2e-4
