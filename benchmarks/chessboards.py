@@ -35,6 +35,7 @@ from vision_server.channels.tone import file_tone
 from vision_server.image_set import ImageSet
 from vision_server.pipeline import SURE_SCORE, PipelineSettings, estimate_pose
 from vision_server.pose.steps import step_jacobian
+from vision_server.serve.inputs import untold_tolerance_m
 from vision_server.trust.judgement import stated
 
 CORNERS = (9, 6)
@@ -120,14 +121,17 @@ def photograph(file: Path, camera: Camera) -> Photograph | None:
     return Photograph(file.name, images, camera, true, spread, tone_sd_px)
 
 
-def rows_of(shot: Photograph, model: Model, starts: int, tolerance: float) -> list[dict[str, Any]]:
+def rows_of(shot: Photograph, model: Model, starts: int, tolerance: float | None) -> list[dict[str, Any]]:
     """What came of one photograph from so many starts."""
     rows = []
     for number in range(starts):
         rng = np.random.default_rng([number, sum(map(ord, shot.name))])
         start = disturbed(shot.true, rng, SEARCH_ROTATION_DEG, SEARCH_TRANSLATION_PX, shot.camera.fx)
         settings = PipelineSettings(
-            seed=number, tone_sd_px=shot.tone_sd_px, tolerance_m=tolerance * model.diameter
+            seed=number,
+            tone_sd_px=shot.tone_sd_px,
+            tolerance_m=(tolerance or 0.0) * model.diameter,
+            untold_tolerance_m=untold_tolerance_m(tolerance, model),
         )
         found = estimate_pose(shot.images, ["i1"], model, shot.camera, start, settings)
         row = {"image": shot.name, "start": number, "score": found.score, "right": False}
@@ -164,7 +168,9 @@ def summary(rows: list[dict[str, Any]]) -> dict[str, Any]:
 def main(
     folder: Path,
     starts: Annotated[int, typer.Option(min=1)] = 3,
-    tolerance: Annotated[float, typer.Option(min=0.0, max=0.05, help="Share of the board's size.")] = 0.0,
+    tolerance: Annotated[
+        float | None, typer.Option(min=0.0, max=0.05, help="Share of the board's size; else it is not told.")
+    ] = None,
     whole: Annotated[bool, typer.Option(help="The model does not know that the rim is cut.")] = False,
 ) -> None:
     """Estimate all poses of both cameras, on all cores."""

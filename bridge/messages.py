@@ -173,7 +173,8 @@ class TargetDescription(Message, frozen=True):
         What narrows the search where there is no seed pose: least and greatest distance of the target's
         middle, metres; the direction from there to the camera in the target's frame, roughly.
     tolerance_m
-        How far lines of the part may be off the model's, one standard deviation, metres.
+        How far lines of the part may be off the model's, one standard deviation, metres; 0 for a part that is
+        its model, None where nobody knows.
     """
 
     model: FileName

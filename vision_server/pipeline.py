@@ -67,6 +67,8 @@ class PipelineSettings:
         How well the images' tone curve is known, see refinement.
     tolerance_m
         How far each line of the part may be off the model's, one standard deviation.
+    untold_tolerance_m
+        The same where nobody has told it: the covariance allows for it, the pose only where lines ask for it.
     fusion
         Whether images are fused into one before edges are looked for (a rival, see `baselines.exposures`).
     coarse
@@ -83,6 +85,7 @@ class PipelineSettings:
     refinement_scale_px: float = SCALES_PX[0]
     tone_sd_px: float = KNOWN_TONE_SD_PX
     tolerance_m: float = 0.0
+    untold_tolerance_m: float = 0.0
     fusion: bool = False
     coarse: bool = True
 
@@ -276,7 +279,13 @@ def _refined(
     model, camera, seed_pose, settings = asked.model, asked.camera, asked.seed_pose, asked.settings
     least = SCALES_PX.index(settings.refinement_scale_px)
     every_line = PoseProblem.at_scale(
-        channels, model, camera, least, settings.tone_sd_px, settings.tolerance_m
+        channels,
+        model,
+        camera,
+        least,
+        settings.tone_sd_px,
+        settings.tolerance_m,
+        settings.untold_tolerance_m,
     )
     problem = fewer_lines(every_line)
     symmetry = _without_rivals(asked)

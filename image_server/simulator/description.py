@@ -48,6 +48,7 @@ def described(
             model=str(model),
             unit=unit,  # type: ignore[arg-type]  # load_model has checked it
             seed_pose=None if seed_pose is None else pose_message(seed_pose),
+            tolerance_m=0.0,  # what is drawn is the model
         ),
         movable=True,
         nearest_m=nearest_m,

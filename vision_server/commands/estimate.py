@@ -50,7 +50,7 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
     from vision_server.matching.match import SearchRange
     from vision_server.matching.region import region_of
     from vision_server.pipeline import PipelineSettings, estimate_pose
-    from vision_server.serve.inputs import read_camera_file, read_model, told_raw
+    from vision_server.serve.inputs import read_camera_file, read_model, told_raw, untold_tolerance_m
     from vision_server.serve.results import estimate_result
     from vision_server.trust.judgement import stated
 
@@ -67,11 +67,13 @@ def _estimated(options: Namespace) -> tuple[dict[str, Any], float]:
         region = region_of(model, camera, start, reach) if isinstance(start, Pose) else None
         image_set, files, tone_sd_px = read_set(options, camera, table, region)
         seen = camera if region is None else camera.part(region)
+        told_m = given.tolerance_m(model)
         settings = PipelineSettings(
             matcher=options.matcher,
             seed=options.seed,
             tone_sd_px=tone_sd_px,
-            tolerance_m=given.tolerance_m(model) or 0.0,
+            tolerance_m=told_m or 0.0,
+            untold_tolerance_m=untold_tolerance_m(told_m, model),
             rotation_range_deg=reach.rotation_deg,
             translation_range_px=reach.translation_px,
         )

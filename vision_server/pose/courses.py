@@ -28,6 +28,7 @@ FEWEST_COURSE_POINTS = 2  # edge points of a line in a channel that hold its pla
 FIRST_COURSE_CUT_PX, LEAST_COURSE_CUT_PX = 1.5, 0.55
 COURSE_ITERATIONS = 4  # of reweighting; chosen by hand, as `solver.SOLVER_ITERATIONS` is
 COURSE_PRIOR_SHARE = 1e-3  # of its weight, that a line is where it was: one seen as a point tells no turn
+TURN_SPREAD_RATIO = 0.7  # what the end of a line is off by turning, over what its middle is (by hand)
 BLUR, ROUNDNESS = 8, 11  # after rotation, translation and two nuisances; and after two stretches
 
 
@@ -55,6 +56,11 @@ class Courses(NamedTuple):
     line: Ints
     channel: Ints
     bow: Floats
+
+    @property
+    def variance(self) -> Floats:
+        """Covariance (M, 2, 2) of what both may be off, px^2, the line as a whole and its edge points."""
+        return self.noise + self.spread[:, None, None] ** 2 * np.diag([1.0, TURN_SPREAD_RATIO**2])
 
 
 class _Beside(NamedTuple):

@@ -61,6 +61,8 @@ class PoseProblem:
         How far edges may be off by a tone curve that is still in the images.
     tolerance_m
         How far each line of the part may be off the model's, one sd.
+    untold_tolerance_m
+        The same where nobody has told it: the covariance allows for it, the pose only where lines ask for it.
     roundness
         Where round parts are looked for: 0 is along the chords of the model, 1 along the curve through their
         ends.
@@ -72,6 +74,7 @@ class PoseProblem:
     scale: Ints
     tone_sd_px: float = KNOWN_TONE_SD_PX
     tolerance_m: float = 0.0
+    untold_tolerance_m: float = 0.0
     roundness: float = 0.0
 
     @cached_property
@@ -93,10 +96,11 @@ class PoseProblem:
         scale: int = 0,
         tone_sd_px: float = KNOWN_TONE_SD_PX,
         tolerance_m: float = 0.0,
+        untold_tolerance_m: float = 0.0,
     ) -> PoseProblem:
         """With the same softness of all lines."""
         everywhere = np.full((len(channels), len(model.lines)), scale, dtype=np.int64)
-        return cls(channels, model, camera, everywhere, tone_sd_px, tolerance_m)
+        return cls(channels, model, camera, everywhere, tone_sd_px, tolerance_m, untold_tolerance_m)
 
 
 class Observation(NamedTuple):

@@ -26,6 +26,7 @@ from vision_server.matching.match import Anywhere, seen_sizes_px, sizes_from_px
 FOREIGN = (".yaml", ".yml", ".xml")  # camera files of other programs
 MOST_ROUNDED = 0.1  # of the target's size: lines of what is rounder are no edges any more
 MOST_TOLERANCE = 0.05  # of the target's size: what is so far off is another part
+USUAL_TOLERANCE = 0.0005  # of it, where nothing is told: usual for machined parts, see docs/pose.md
 SIZES_SEEN = (0.02, 20.0)  # of a part, over the frame's width: beyond, unit or seed pose are wrong
 FARTHER = 1.1  # than was told, times: what is told is rough
 NEAREST = 1e-6  # of the target's size: nearer to its middle a camera has no direction from which it looks
@@ -155,6 +156,11 @@ def _told_pose(path: Path, what: str) -> dict[str, Any]:
     if not isinstance(told, dict):
         raise BadInput(f"{path} tells no pose.", "Give an object with one; a lost target has none.")
     return told
+
+
+def untold_tolerance_m(told: float | None, model: Model) -> float:
+    """How far lines of a part may be off the model's where nobody has ``told``, m; 0 where one has."""
+    return USUAL_TOLERANCE * model.diameter if told is None else 0.0
 
 
 def checked_tolerance(value: Any, model: Model, whose: str = "Parameter ") -> float:

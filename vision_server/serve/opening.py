@@ -30,6 +30,7 @@ from vision_server.serve.inputs import (
     read_seed_pose,
     told_anywhere,
     told_raw,
+    untold_tolerance_m,
 )
 from vision_server.serve.recorder import Recorder
 from vision_server.serve.task import PoseTask
@@ -88,11 +89,13 @@ def open_task(
     anywhere = _anywhere(given, describe, model, camera)
     seed_pose = _seed_pose(args, describe, model)
     reach_px = search_translation_px(camera.width)
+    told_m = _tolerance(given, describe, model)
     settings = PipelineSettings(
         matcher=args.matcher,
         seed=args.seed,
         translation_range_px=reach_px,
-        tolerance_m=_tolerance(given, describe, model),
+        tolerance_m=told_m or 0.0,
+        untold_tolerance_m=untold_tolerance_m(told_m, model),
     )
     task = PoseTask(describe, model, camera, gain, gamma, seed_pose or anywhere, settings, anywhere)
     task.raw = told_raw(table, 16)
@@ -111,7 +114,7 @@ def _recorded(
     camera = task.camera.to_dict() | {"gain": task.gain, "gamma": task.gamma}
     camera |= {key: table[key] for key in ("read_noise_e", "full_well_e", "bits", "bayer") if key in table}
     target = {"model": str(model), "unit": unit, **asdict(task.anywhere)}
-    if task.settings.tolerance_m > 0.0:
+    if task.settings.untold_tolerance_m == 0.0:  # it was told, if only to be none
         target["tolerance_m"] = task.settings.tolerance_m
     if isinstance(task.seed_pose, Pose):
         target["seed_pose"] = task.seed_pose.to_dict()
@@ -154,9 +157,9 @@ def _anywhere(given: GivenCamera | None, describe: Describe, model: Model, camer
     return told_anywhere(describe.target, model, camera, "The image server's target")
 
 
-def _tolerance(given: GivenCamera | None, describe: Describe, model: Model) -> float:
-    """How far lines of the part may be off, m: as the camera file or the image server says, or 0."""
+def _tolerance(given: GivenCamera | None, describe: Describe, model: Model) -> float | None:
+    """How far lines of the part may be off, m, as camera file or image server tell; None if none does."""
     told = None if given is None else given.tolerance_m(model)
     if told is None and describe.target is not None and describe.target.tolerance_m is not None:
         return checked_tolerance(describe.target.tolerance_m, model, "The image server's target: ")
-    return told or 0.0
+    return told

@@ -64,6 +64,7 @@ CHECKS: dict[str, Callable[[Any], Any]] = {
     "edge_contrast_grey": _number("edge_contrast_grey", 0.0, 255.0),
     "tone_sd_px": _number("tone_sd_px", 1e-4, 1.0),
     "tolerance_m": _number("tolerance_m", 0.0, MOST_RANGE_M),
+    "untold_tolerance_m": _number("untold_tolerance_m", 0.0, MOST_RANGE_M),
     "refinement_scale_px": _one_of("refinement_scale_px", SCALES_PX),
     "fusion": _flag("fusion"),
     "coarse": _flag("coarse"),

@@ -240,6 +240,7 @@ class PoseTask:
         wanted = values.pop(parameters.SEED_POSE, None)
         settings = parameters.changed(self.settings, values)
         checked_tolerance(settings.tolerance_m, self.model)
+        checked_tolerance(settings.untold_tolerance_m, self.model, "Parameter untold_")
         if wanted is not None:
             best = None if self.best is None else self.best.pose
             pose = parameters.new_seed_pose(wanted, best, self.seed_pose, self.anywhere, self.model)

@@ -31,13 +31,13 @@ from vision_server.trust.roundness import has_facets, how_round, told_roundness,
 from vision_server.trust.stretch import BETWEEN_AXES, motion_of_strains
 from vision_server.trust.support import support_at
 from vision_server.trust.tails import Held, with_tails
+from vision_server.trust.tolerance import are_off, of_lines_off, with_tolerance
 
 # By hand where nothing else is said: halved or doubled (`python -m benchmarks.constants`, 27 sets of recorded
 # and hard stacks) none up to MOST_STRETCH changes which poses are right or tight, nor errors by more than 7
 # percent; with SAME_PART_STRETCH halved three fewer are trusted. Those below were not varied. Degrees of
 # freedom of Student's t: between 1 and 3 the tight ones of 350 estimates change by 3 at most.
 T_FREEDOM = 1.5
-TURN_SPREAD_RATIO = 0.7  # what the end of a line is off by turning, over what its middle is (by hand)
 SETTLING_ROUNDS = 2  # of looking and stepping; one makes errors 1.04 times as large, four 0.99 times
 MOST_SETTLING_STEPS, SETTLED_SIGMAS = 30, 1e-3  # of reweighting; one no longer than that of an sd is the last
 BLUR_PRECISION = 1.0  # of the blur of outlines, whose unit is its own sd
@@ -81,6 +81,7 @@ class Round(NamedTuple):
         From before it, and what they say of each line.
     prior : (9,), see `agreed`.
     step, spread : (K,) and (K, K), unknowns and their covariance.
+    exact : courses and unknowns of a part that is its model; by these a pose is believed.
     """
 
     pose: Pose
@@ -89,6 +90,7 @@ class Round(NamedTuple):
     prior: Floats
     step: Floats
     spread: Floats
+    exact: tuple[Courses, Floats]
 
 
 def _one_round(best: Refined, pose: Pose) -> Round | None:
@@ -103,10 +105,13 @@ def _one_round(best: Refined, pose: Pose) -> Round | None:
     range_m = float(np.linalg.norm(pose.translation))
     prior = np.r_[prior_precision(range_m, best.solution.tone_sd_px), BLUR_PRECISION]
     courses, step, spread = _fitted(courses, prior)
+    exact = courses, step
+    if (untold_m := problem.untold_tolerance_m) > 0.0 and are_off(courses, step, untold_m, T_FREEDOM):
+        courses, step, spread = _fitted(with_tolerance(courses, untold_m), prior)
     pose = moved(pose, step[:6], seen.centre)
     if not np.isfinite(step).all() or not pose.apply(problem.model.vertices)[:, 2].max() > 0:
         return None
-    return Round(pose, seen, courses, prior, step, spread)
+    return Round(pose, seen, courses, prior, step, spread, exact)
 
 
 def last_round(best: Refined, start: Pose) -> Round | None:
@@ -126,26 +131,35 @@ def settled(best: Refined) -> Settled | None:
     if last is None:
         return None
     problem = best.problem
-    pose, seen, courses, prior, step, spread = last
+    pose, seen, courses, prior, step, spread, exact = last
     support = support_at(replace(problem, roundness=how_round(step)), pose, best.spacing_px)
     if support is None:
         return None
     best = replace(best, solution=replace(best.solution, pose=pose), support=support)
     visible = np.asarray(np.bincount(seen.samples.line, seen.samples.px), np.float64)
-    judged = step if _stretch(step) <= SAME_PART_STRETCH else agreed(courses, prior, SAME_PART_STRETCH)[0]
-    held = _held(courses, prior)
-    squares = held.squares(judged)
-    scatter = scatter_of(squares, courses.share)
-    factor = as_seen(scatter, courses)
+    held, squares = _judged(courses, step, prior)
+    factor = as_seen(scatter_of(squares, courses.share), courses)
+    if courses is not exact[0]:
+        squares = _judged(*exact, prior)[1]
     fixed = len(prior)  # stretches and roundness stay as they are
     place = held.place - held.motion[:, :, fixed:] @ step[fixed:]
     held = held._replace(place=place, motion=held.motion[:, :, :fixed])
     wide = with_tails(factor * spread[:6, :6], limits_of(pose), held, step[:fixed], factor)
     if is_stretched(spread):
         wide += factor * (of_true_range(pose, problem.model, step, spread) - spread[:6, :6])
+    if courses is exact[0] and problem.untold_tolerance_m > 0.0:
+        wide += of_lines_off(held, step[:fixed], courses, problem.untold_tolerance_m)
     covariance = about_camera(wide, seen.centre)
     best = replace(best, solution=replace(best.solution, pose=of_true_axes(pose, problem.model, step)))
-    return Settled(best, covariance, LineAgreement(_agreeing(courses, squares, visible), scatter))
+    return Settled(best, covariance, _agreement(courses, squares, visible))
+
+
+def _judged(courses: Courses, step: Floats, prior: Floats) -> tuple[Held, Floats]:
+    """What holds the pose, and squared distances (M,) of the lines from where a pose that may be has them."""
+    held = _held(courses, prior)
+    if _stretch(step) > SAME_PART_STRETCH:
+        step = agreed(courses, prior, SAME_PART_STRETCH)[0]
+    return held, held.squares(step)
 
 
 def limits_of(pose: Pose) -> Floats:
@@ -230,16 +244,16 @@ def agreed(courses: Courses, prior: Floats, most: float = MOST_STRETCH) -> tuple
 
 def _held(courses: Courses, prior: Floats) -> Held:
     """The courses, in units of how far off they may be as wholes."""
-    variance = courses.noise + courses.spread[:, None, None] ** 2 * np.diag([1.0, TURN_SPREAD_RATIO**2])
-    white = np.linalg.inv(np.linalg.cholesky(variance))
+    white = np.linalg.inv(np.linalg.cholesky(courses.variance))
     place = np.einsum("mij,mj->mi", white, courses.place)
     return Held(place, white @ courses.motion, courses.share, prior, T_FREEDOM)
 
 
-def _agreeing(courses: Courses, squares: Floats, visible: Floats) -> float:
-    """Share of the visible length (L,) on lines whose ``squares`` (M,) are within AGREES_CHI2."""
+def _agreement(courses: Courses, squares: Floats, visible: Floats) -> LineAgreement:
+    """How far lines agree of which ``squares`` (M,) are told, of a visible length (L,)."""
     agree = np.where(squares < AGREES_CHI2, courses.share, 0.0)
-    return float(agree @ visible[courses.line] / visible.sum())
+    share = float(agree @ visible[courses.line] / visible.sum())
+    return LineAgreement(share, scatter_of(squares, courses.share))
 
 
 def scatter_of(squares: Floats, share: Floats) -> float:

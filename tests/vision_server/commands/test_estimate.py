@@ -80,12 +80,15 @@ def test_one_json_object_with_the_pose(folder: Path) -> None:
 
 def test_a_part_that_may_be_off_its_model_has_a_less_certain_pose(folder: Path) -> None:
     camera = (folder / "camera.toml").read_text()
-    (folder / "told.toml").write_text(camera + "[target]\ntolerance_m = 0.0001\n")
-    exact, told = (
+    for name, tolerance_m in (("exact", 0.0), ("told", 0.0001)):
+        (folder / f"{name}.toml").write_text(camera + f"[target]\ntolerance_m = {tolerance_m}\n")
+    exact, told, untold = (
         json.loads(estimate(folder, "a.png", camera=name, json="").stdout)
-        for name in ("camera.toml", "told.toml")
+        for name in ("exact.toml", "told.toml", "camera.toml")
     )
     assert told["uncertainty"] > 1.5 * exact["uncertainty"]
+    assert untold["uncertainty"] > 1.2 * exact["uncertainty"]
+    assert untold["pose"] == exact["pose"]
 
 
 def test_people_get_a_table(folder: Path) -> None:

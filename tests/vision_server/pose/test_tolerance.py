@@ -1,32 +1,22 @@
 """Parts that are not quite their model, and how far they may be off as it is told beforehand."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from experiments.kinds.estimate import normalised_error_squared
 from geometry.model import Model
 from geometry.pose import disturbed
-from geometry.surface import face_normals
-from tests.vision_server.refined_poses import channels_of, scaled
+from tests.vision_server.refined_poses import GREYS, channels_of, misshapen, scaled
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, photographed
 from vision_server.pose.covariance import pose_covariance
 from vision_server.pose.observation import PoseProblem
 from vision_server.pose.refinement import Solution, refine
 
-GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 OFF = 0.001  # of the size
-
-
-def made(model: Model, random: np.random.Generator) -> Model:
-    """The part, with corners that lie elsewhere."""
-    vertices = model.vertices + random.normal(0.0, OFF * model.diameter, model.vertices.shape)
-    return replace(model, vertices=vertices, face_normals=face_normals(vertices, model.faces))
 
 
 def solved(model: Model, seed: int, tolerance: float) -> Solution:
     random = np.random.default_rng(seed)
-    pixels = photographed(linear_picture(made(model, random), CAMERA, POSE, GREYS))
+    pixels = photographed(linear_picture(misshapen(model, random, OFF), CAMERA, POSE, GREYS))
     start = disturbed(POSE, random, 1.0, 1.5, CAMERA.fx)
     tolerance_m = tolerance * model.diameter
     problem = PoseProblem.at_scale(channels_of(pixels), model, CAMERA, tolerance_m=tolerance_m)

@@ -59,8 +59,12 @@ def test_a_camera_file_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPa
 
 
 def test_what_lines_of_the_part_may_be_off_is_told_by_a_file_or_the_description(tmp_path: Path) -> None:
-    assert opened(tmp_path).settings.tolerance_m == 0.0
-    assert opened(tmp_path, tolerance_m=1e-4).settings.tolerance_m == 1e-4
+    untold = opened(tmp_path)
+    assert untold.settings.tolerance_m == 0.0
+    assert untold.settings.untold_tolerance_m == pytest.approx(0.0005 * untold.model.diameter)
+    for told in (0.0, 1e-4):
+        settings = opened(tmp_path, tolerance_m=told).settings
+        assert (settings.tolerance_m, settings.untold_tolerance_m) == (told, 0.0)
     file = "[target]\ntolerance_m = 2e-4"
     assert opened(tmp_path, file, tolerance_m=1e-4).settings.tolerance_m == 2e-4
     for bad in ("-1e-4", "1.0", "nan", "true", "'1 mm'"):

@@ -162,6 +162,7 @@ def test_parameters_are_checked_and_the_seed_pose_follows(vision: Client, images
     assert {
         "matcher", "rotation_range_deg", "translation_range_px", "generations", "population",
         "edge_contrast_grey", "refinement_scale_px", "seed_pose", "tolerance_m",
+        "untold_tolerance_m",
     } <= set(known)  # fmt: skip
     assert asked(vision, "parameters", generations=20, matcher="genetic")["generations"] == 20
     for bad in (

@@ -7,18 +7,16 @@ import pytest
 
 from experiments.kinds.estimate import normalised_error_squared
 from geometry.model import Model
-from geometry.pose import Pose, disturbed
-from numerics.arrays import Floats
-from tests.vision_server.refined_poses import channels_of
+from geometry.pose import Pose
+from tests.vision_server.refined_poses import GREYS, channels_of, drawn_courses, found
 from tests.vision_server.synthetic import CAMERA, POSE, linear_picture, one_image, photographed
 from vision_server import pipeline
 from vision_server.pose import profiles
-from vision_server.pose.courses import BLUR, COURSE_PRIOR_SHARE, ROUNDNESS, Courses, courses_of
-from vision_server.pose.observation import PoseProblem, observe
+from vision_server.pose.courses import BLUR, COURSE_PRIOR_SHARE, ROUNDNESS, courses_of
+from vision_server.pose.observation import observe
 from vision_server.pose.sampling import spacing_for
 from vision_server.pose.steps import moved
 from vision_server.pose.weights import base_weights
-from vision_server.trust.ranking import Refined, best_first
 from vision_server.trust.settling import (
     BLUR_PRECISION,
     LEAST_COVARIANCE_FACTOR,
@@ -33,38 +31,7 @@ from vision_server.trust.settling import (
 )
 from vision_server.trust.stretch import stretched
 
-UNKNOWNS = BLUR + 3
-GREYS = (0.3, 0.7, 0.2, 0.9, 0.5, 0.8)
 PRIOR = np.r_[np.r_[np.full(3, 0.3), np.full(3, 0.05), 0.01, 0.8] ** -2.0, BLUR_PRECISION]
-
-
-def found(part: Model, model: Model, seed: int) -> Refined:
-    """Where refinement ends on a picture of a part."""
-    random = np.random.default_rng(seed)
-    pixels = photographed(linear_picture(part, CAMERA, POSE, GREYS), seed=seed)
-    start = disturbed(POSE, random, 1.0, 1.5, CAMERA.fx)
-    return best_first(PoseProblem.at_scale(channels_of(pixels), model, CAMERA), [start])[0]
-
-
-def drawn_courses(count: int, seed: int) -> tuple[Courses, Floats]:
-    """Lines that say where they are to a fiftieth of a pixel, and the unknowns that they agree on."""
-    random = np.random.default_rng(seed)
-    motion = random.normal(0.0, 1.0, (count, 2, UNKNOWNS)) * 300.0
-    motion[:, :, 6:] = 0.0
-    true = np.zeros(UNKNOWNS)
-    true[:6] = random.normal(0.0, 0.003, 6)
-    noise = np.tile(0.02**2 * np.eye(2), (count, 1, 1))
-    place = motion @ true + random.normal(0.0, 0.02, (count, 2))
-    return Courses(
-        place,
-        motion,
-        noise,
-        np.full(count, 0.06),
-        np.ones(count),
-        np.arange(count),
-        np.zeros(count, np.int64),
-        np.zeros((count, 2)),
-    ), true
 
 
 @pytest.mark.parametrize("seed", range(4))
