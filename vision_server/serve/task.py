@@ -238,6 +238,8 @@ class PoseTask:
         """Set parameters by name, all or none; all of them afterwards."""
         values = dict(values)
         wanted = values.pop(parameters.SEED_POSE, None)
+        if "tolerance_m" in values:
+            values.setdefault("untold_tolerance_m", 0.0)
         settings = parameters.changed(self.settings, values)
         checked_tolerance(settings.tolerance_m, self.model)
         checked_tolerance(settings.untold_tolerance_m, self.model, "Parameter untold_")

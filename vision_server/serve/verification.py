@@ -129,7 +129,7 @@ def _changed_inputs(folder: Path, stack: FramesStack, told: EstimatedWith) -> li
 
 def _task(stack: FramesStack, told: EstimatedWith, names: tuple[str, ...]) -> PoseTask:
     task = open_task(StartArgs(), describe_stack(stack, "run folder"))
-    task.set_parameters({"untold_tolerance_m": 0.0} | told.parameters)  # earlier versions had none
+    task.set_parameters(told.parameters)
     frames = {
         Path(frame.image).stem: (frame, pixels)
         for frame, pixels in zip(stack.table.frames, stack.images, strict=True)

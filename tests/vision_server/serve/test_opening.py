@@ -65,6 +65,8 @@ def test_what_lines_of_the_part_may_be_off_is_told_by_a_file_or_the_description(
     for told in (0.0, 1e-4):
         settings = opened(tmp_path, tolerance_m=told).settings
         assert (settings.tolerance_m, settings.untold_tolerance_m) == (told, 0.0)
+    asked = untold.set_parameters({"tolerance_m": 1e-4})
+    assert (asked["tolerance_m"], asked["untold_tolerance_m"]) == (1e-4, 0.0)
     file = "[target]\ntolerance_m = 2e-4"
     assert opened(tmp_path, file, tolerance_m=1e-4).settings.tolerance_m == 2e-4
     for bad in ("-1e-4", "1.0", "nan", "true", "'1 mm'"):
