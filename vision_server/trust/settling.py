@@ -81,7 +81,7 @@ class Round(NamedTuple):
         From before it, and what they say of each line.
     prior : (9,), see `agreed`.
     step, spread : (K,) and (K, K), unknowns and their covariance.
-    exact : courses and unknowns of a part that is its model; by these a pose is believed.
+    exact : courses and unknowns of a part that is its model; by these it is judged whether lines agree.
     """
 
     pose: Pose
@@ -138,20 +138,21 @@ def settled(best: Refined) -> Settled | None:
     best = replace(best, solution=replace(best.solution, pose=pose), support=support)
     visible = np.asarray(np.bincount(seen.samples.line, seen.samples.px), np.float64)
     held, squares = _judged(courses, step, prior)
-    factor = as_seen(scatter_of(squares, courses.share), courses)
-    if courses is not exact[0]:
-        squares = _judged(*exact, prior)[1]
+    agreement = _agreement(courses, squares, visible)
+    factor = as_seen(agreement.scatter, courses)
     fixed = len(prior)  # stretches and roundness stay as they are
     place = held.place - held.motion[:, :, fixed:] @ step[fixed:]
     held = held._replace(place=place, motion=held.motion[:, :, :fixed])
     wide = with_tails(factor * spread[:6, :6], limits_of(pose), held, step[:fixed], factor)
     if is_stretched(spread):
         wide += factor * (of_true_range(pose, problem.model, step, spread) - spread[:6, :6])
-    if courses is exact[0] and problem.untold_tolerance_m > 0.0:
+    if courses is not exact[0]:  # lines have asked for the tolerance
+        agreement = _agreement(exact[0], _judged(*exact, prior)[1], visible)
+    elif problem.untold_tolerance_m > 0.0:
         wide += of_lines_off(held, step[:fixed], courses, problem.untold_tolerance_m)
     covariance = about_camera(wide, seen.centre)
     best = replace(best, solution=replace(best.solution, pose=of_true_axes(pose, problem.model, step)))
-    return Settled(best, covariance, _agreement(courses, squares, visible))
+    return Settled(best, covariance, agreement)
 
 
 def _judged(courses: Courses, step: Floats, prior: Floats) -> tuple[Held, Floats]:

@@ -43,11 +43,14 @@ class Held(NamedTuple):
         off = self.place - self.motion @ unknowns
         return np.asarray((off**2).sum(axis=1))
 
+    def weights(self, squares: Floats) -> Floats:
+        """What places count (M,) of which the pose leaves such ``squares`` (M,)."""
+        return self.share * (self.freedom + 2.0) / (self.freedom + squares)
+
     def equations(self, squares: Floats) -> tuple[Floats, Floats]:
         """Normal equations, (J, J) and (J,), of places reweighted by their ``squares`` (M,)."""
-        weight = self.share * (self.freedom + 2.0) / (self.freedom + squares)
         rows = self.motion.reshape(-1, len(self.prior))
-        pulls = rows.T * np.repeat(weight, 2)
+        pulls = rows.T * np.repeat(self.weights(squares), 2)
         return pulls @ rows + np.diag(self.prior), pulls @ self.place.ravel()
 
     def nats(self, squares: Floats, unknowns: Floats) -> float:

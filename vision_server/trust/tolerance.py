@@ -52,7 +52,7 @@ def of_lines_off(held: Held, step: Floats, courses: Courses, tolerance_m: float)
     """
     squares = held.squares(step)
     normal, _ = held.equations(squares)
-    weight = held.share * (held.freedom + 2.0) / (held.freedom + squares) * _px_per_m(courses)
+    weight = held.weights(squares) * _px_per_m(courses)
     white = np.linalg.inv(np.linalg.cholesky(courses.variance))
     pulls = np.einsum("m,mik,mij->mkj", weight, held.motion, white)
     lines, of_line = np.unique(courses.line, return_inverse=True)

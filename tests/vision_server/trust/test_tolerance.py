@@ -58,7 +58,6 @@ def test_the_covariance_of_a_part_that_is_off_is_honest_though_nobody_has_told(m
         pair = ends(model, part, seed, (0.0, 0.0), (0.0, OFF))
         squares.append([normalised_error_squared(one.best.pose, one.covariance, POSE) for one in pair])
     exact, allowed = np.mean(squares, axis=0)
-    print(exact, allowed)
     assert exact > 50.0
     assert 2.0 < allowed < 10.0  # 6 are expected
 
